@@ -1,0 +1,111 @@
+/* Baking: ambient obscurance on vertices by least squares, written into the scene's own file.
+ *
+ * Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013 (§2, §2.1);
+ * Kavan, Bargteil, Sloan, Least Squares Vertex Baking, 2011. */
+#ifndef CRANNY_BAKE_H
+#define CRANNY_BAKE_H
+
+#include <cranny/trace.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* How a mesh that several instances share is baked. */
+enum cranny_instances {
+    CRANNY_INSTANCES_AUTO,   /* split up to `split_limit` instances of a mesh, else shared */
+    CRANNY_INSTANCES_SPLIT,  /* every instance its own values (and its own copy in the file) */
+    CRANNY_INSTANCES_SHARED, /* one set of values: the mean over the instances */
+};
+
+/* How samples become vertex values. */
+enum cranny_fit {
+    CRANNY_FIT_LEAST_SQUARES, /* (M + αR) x = b, eq. 2 */
+    CRANNY_FIT_SPLAT,         /* weighted mean of the samples around a vertex */
+    CRANNY_FIT_VERTEX,        /* rays from the vertices themselves; no fit */
+};
+
+/* Fields are described, with units, ranges and defaults, by cranny_bake_param_table(). */
+struct cranny_bake_params {
+    int rays;                    /* per sample */
+    float density;               /* samples per square metre; 0: chosen from the mean face area */
+    float samples_per_face;      /* aim of the automatic density */
+    int samples_min, samples_max; /* per face */
+    float distance_long, distance_short; /* metres */
+    float short_weight;          /* blend: v = (1 − w) long + w short */
+    int kernel;                  /* enum cranny_kernel */
+    int sampler;                 /* enum cranny_sampler */
+    int fit;                     /* enum cranny_fit */
+    float alpha;                 /* of the edge regulariser, eq. 2 */
+    float back_limit;            /* share of back-face rays above which a sample is buried; 1: never */
+    float intensity, contrast;   /* remap: clamp(1 − intensity (1 − v)) ^ contrast */
+    bool adaptive;               /* fewer rays where the first ones find nothing near */
+    bool ground;                 /* an occluding plane under everything, not written */
+    float ground_height;         /* metres; NaN: the lowest vertex */
+    int instances;               /* enum cranny_instances */
+    int split_limit;             /* see CRANNY_INSTANCES_AUTO */
+    int seed;
+    int threads;                 /* 0: all cores; never changes the result */
+    const struct cranny_hooks *hooks; /* not in the table */
+};
+
+CRANNY_API const struct cranny_param_table *cranny_bake_param_table(void);
+CRANNY_API struct cranny_bake_params cranny_bake_params_default(void);
+
+/* Baked values. Immutable. Independent of the scene after creation, except that saving wants both. */
+struct cranny_bake;
+
+/* Sample, trace, fit. `params` NULL means defaults.
+ * CRANNY_INPUT when the scene has no triangle with area; CRANNY_USAGE for parameters out of range;
+ * CRANNY_CANCELLED from the progress hook (stages "bvh", "trace", "solve"). */
+CRANNY_API enum cranny_status cranny_bake_create(const struct cranny_scene *scene,
+                                                 const struct cranny_bake_params *params,
+                                                 struct cranny_bake **bake,
+                                                 struct cranny_error *why);
+CRANNY_API void cranny_bake_destroy(struct cranny_bake **bake);
+
+enum cranny_channel { CRANNY_CHANNEL_VISIBILITY, CRANNY_CHANNEL_LONG, CRANNY_CHANNEL_SHORT };
+
+/* Values of an instance's vertices, in [0,1], 1 = open: the blended and remapped visibility, or one
+ * raw distance. As many floats as the instance's mesh has vertices. Instances that were baked
+ * `shared` return the same pointer. Vertices that no triangle uses hold 1. */
+CRANNY_API const float *cranny_bake_values(const struct cranny_bake *bake, uint32_t instance,
+                                           enum cranny_channel channel);
+
+/* What a bake did; seconds are wall time. */
+struct cranny_bake_report {
+    uint64_t meshes;    /* sets of values made */
+    uint64_t instances, vertices, triangles; /* in the world */
+    uint64_t samples, invalid_samples, rays;
+    uint64_t unsampled_vertices; /* referenced, but without a valid sample: extrapolated */
+    uint64_t lost_components;    /* connected pieces without any valid sample */
+    double mrays_per_s;
+    double fit_rms; /* between the samples and the fitted function, area-weighted */
+    double solver_iterations_max;
+    double seconds_bvh, seconds_sample, seconds_trace, seconds_solve;
+    uint64_t bytes_bvh, bytes_samples, bytes_solve;
+};
+
+CRANNY_API void cranny_bake_get_report(const struct cranny_bake *bake,
+                                       struct cranny_bake_report *report);
+
+/* Write the scene with its values to `path` (.glb or .gltf); the file appears whole or not at all.
+ * `bake` NULL writes the scene unchanged. Scenes built from arrays are written as new glTF.
+ * CRANNY_FAILED when it cannot be written, CRANNY_USAGE for another extension. */
+CRANNY_API enum cranny_status cranny_scene_save(const struct cranny_scene *scene,
+                                                const struct cranny_bake *bake, const char *path,
+                                                const struct cranny_save_params *params,
+                                                struct cranny_error *why);
+
+/* A picture of the baked values: grey clay times visibility, sky white-blue, for a quick look.
+ * `rgb`: width × height × 3 bytes, rows top to bottom. `camera`: index of a camera of the scene;
+ * -1: the file's first, else a view chosen from the bounds. `bake` NULL: the scene before. */
+CRANNY_API enum cranny_status cranny_preview_render(const struct cranny_scene *scene,
+                                                    const struct cranny_bake *bake, int camera,
+                                                    int width, int height, uint8_t *rgb,
+                                                    struct cranny_error *why);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

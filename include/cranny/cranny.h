@@ -1,0 +1,10 @@
+/* All of Cranny: ambient occlusion and obscurance, baked, rendered and measured. */
+#ifndef CRANNY_CRANNY_H
+#define CRANNY_CRANNY_H
+
+#include <cranny/bake.h>
+#include <cranny/base.h>
+#include <cranny/scene.h>
+#include <cranny/trace.h>
+
+#endif

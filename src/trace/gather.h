@@ -1,0 +1,40 @@
+/* Gathering obscurance, for one thread: the kernel that cranny_gather and the baker share. */
+#ifndef TRACE_GATHER_H
+#define TRACE_GATHER_H
+
+#include "base/base.h"
+
+#include <cranny/trace.h>
+
+/* What stays the same for all points: the direction set, the kernel's constants. Immutable. */
+struct gather_plan;
+
+/* `adaptive`: trace the first quarter of a point's rays and stop when none of them is dimmed by a
+ * hit. Parameters are checked by the caller. */
+enum cranny_status gather_plan_create(const struct cranny_gather_params *params, bool adaptive,
+                                      struct gather_plan **plan, struct cranny_error *why);
+void gather_plan_destroy(struct gather_plan **plan);
+
+struct gather_point {
+    float position[3];
+    float normal[3];      /* unit, shading */
+    float face_normal[3]; /* unit, geometric: rays stay on its side, the origin is offset along it */
+    float extent;         /* metres: longest edge of the face, for the offset; 0 when unknown */
+    uint32_t id;          /* decides the rotation of the directions; points near each other should
+                             have consecutive ids, so that their rays complement one another */
+};
+
+struct gather_result {
+    float visibility[2];
+    uint32_t rays, back_faces; /* traced, and of these on back faces of single-sided materials */
+};
+
+/* Trace `count` points from the calling thread. */
+void gather_points(const struct cranny_tracer *tracer, const struct gather_plan *plan,
+                   const struct gather_point *points, size_t count, struct gather_result *results);
+
+/* Flush-to-zero for the calling thread while it traces (Embree asks for it in every thread). */
+unsigned gather_thread_begin(void);
+void gather_thread_end(unsigned saved);
+
+#endif

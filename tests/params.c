@@ -1,0 +1,81 @@
+/* Parameter tables: parsing, ranges, round trips, presets. */
+#include "check.h"
+
+#include <cranny/base.h>
+#include <unistd.h>
+
+struct sample {
+    float radius, height;
+    int rays, kind;
+    bool ground;
+};
+
+static const char *const kinds[] = {"red", "green", NULL};
+static const struct cranny_param rows[] = {
+    {"radius", CRANNY_PARAM_FLOAT, offsetof(struct sample, radius), "m", 0, 10, 0.3, NULL, ""},
+    {"height", CRANNY_PARAM_FLOAT, offsetof(struct sample, height), "m", -5, 5, NAN, NULL, ""},
+    {"rays", CRANNY_PARAM_INT, offsetof(struct sample, rays), "", 1, 100, 64, NULL, ""},
+    {"kind", CRANNY_PARAM_ENUM, offsetof(struct sample, kind), "", 0, 1, 1, kinds, ""},
+    {"ground", CRANNY_PARAM_BOOL, offsetof(struct sample, ground), "", 0, 1, 1, NULL, ""},
+};
+static const struct cranny_param_table table = {"sample", rows, 5};
+
+static void test_round_trip(void)
+{
+    struct sample s;
+    struct cranny_error why;
+    char text[64];
+    cranny_params_defaults(&table, &s);
+    CHECK_NEAR(s.radius, 0.3, 1e-7);
+    CHECK(isnan(s.height) && s.rays == 64 && s.kind == 1 && s.ground);
+    CHECK_OK(cranny_params_set(&table, &s, "radius", "0.1", &why), why);
+    cranny_params_get(&table, &s, "radius", text, sizeof text);
+    CHECK_MSG(strcmp(text, "0.1") == 0, "'%s'", text);
+    CHECK_OK(cranny_params_set(&table, &s, "kind", "red", &why), why);
+    cranny_params_get(&table, &s, "kind", text, sizeof text);
+    CHECK(strcmp(text, "red") == 0);
+    CHECK_OK(cranny_params_validate(&table, &s, &why), why);
+}
+
+static void test_refusals(void)
+{
+    static const char *const bad[][2] = {{"radius", "11"},   {"radius", "nan"}, {"radius", "1m"},
+                                         {"rays", "0"},      {"rays", "1.5"},   {"kind", "blue"},
+                                         {"ground", "maybe"}, {"colour", "1"},  {"radius", ""},
+                                         {"radius", "inf"}};
+    struct sample s;
+    cranny_params_defaults(&table, &s);
+    for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
+        struct cranny_error why = {0};
+        CHECK_MSG(cranny_params_set(&table, &s, bad[i][0], bad[i][1], &why) == CRANNY_USAGE,
+                  "%s=%s", bad[i][0], bad[i][1]);
+        CHECK(strstr(why.message, bad[i][0]) != NULL);
+    }
+    CHECK(s.rays == 64 && s.kind == 1);
+    s.rays = 0;
+    CHECK_INT(cranny_params_validate(&table, &s, NULL), CRANNY_USAGE);
+}
+
+static void test_preset(void)
+{
+    char path[] = "/tmp/cranny-preset-XXXXXX";
+    int file = mkstemp(path);
+    const char *json = "{\"radius\": 2.5, \"kind\": \"red\", \"ground\": false, \"height\": null}";
+    CHECK(write(file, json, strlen(json)) == (ssize_t)strlen(json));
+    close(file);
+    struct sample s;
+    struct cranny_error why;
+    cranny_params_defaults(&table, &s);
+    CHECK_OK(cranny_params_load(&table, &s, path, &why), why);
+    CHECK(s.radius == 2.5f && s.kind == 0 && !s.ground);
+    unlink(path);
+    CHECK_INT(cranny_params_load(&table, &s, path, &why), CRANNY_INPUT);
+}
+
+int main(void)
+{
+    test_round_trip();
+    test_refusals();
+    test_preset();
+    return check_end("params");
+}
