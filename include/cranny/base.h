@@ -114,6 +114,11 @@ CRANNY_API enum cranny_status cranny_png_write(const char *path, int width, int 
                                                int channels, const uint8_t *pixels, size_t stride,
                                                struct cranny_error *why);
 
+/* Write `size` bytes to `path`; the file appears whole or not at all (temporary file, then rename).
+ * `data` may be NULL when `size` is 0. CRANNY_FAILED when it cannot be written. */
+CRANNY_API enum cranny_status cranny_file_write(const char *path, const void *data, size_t size,
+                                                struct cranny_error *why);
+
 #ifdef __cplusplus
 }
 #endif

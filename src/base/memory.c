@@ -154,6 +154,13 @@ enum cranny_status file_write(const char *path, const struct file_part *parts, s
     return CRANNY_OK;
 }
 
+enum cranny_status cranny_file_write(const char *path, const void *data, size_t size,
+                                     struct cranny_error *why)
+{
+    struct file_part part = {data, size};
+    return file_write(path, &part, 1, why);
+}
+
 double seconds_now(void)
 {
     struct timespec now;
