@@ -18,7 +18,7 @@ void gather_plan_destroy(struct gather_plan **plan);
 struct gather_point {
     float position[3];
     float normal[3];      /* unit, shading */
-    float face_normal[3]; /* unit, geometric: rays stay on its side, the origin is offset along it */
+    float face_normal[3]; /* unit, geometric: rays keep to its side, the origin moves along it */
     float extent;         /* metres: longest edge of the face, for the offset; 0 when unknown */
     uint32_t id;          /* decides the rotation of the directions; points near each other should
                              have consecutive ids, so that their rays complement one another */

@@ -1,0 +1,2 @@
+cranny_test(trace LAYERS trace)
+cranny_test(gather LAYERS trace)
