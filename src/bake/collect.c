@@ -1,0 +1,380 @@
+/* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.1:
+ * samples whose rays see too many back faces are buried and dropped. */
+#include "bake/collect.h"
+
+#include "trace/gather.h"
+
+#include <omp.h>
+
+/* Rays between two looks at the cancel flag: about 20 ms of one thread. */
+#define RAYS_PER_WORK 65536
+#define BATCH 128
+/* With few rays a sample's share of back faces is noisy; it is drawn toward its face's mean as if
+ * that had been seen by this many rays more. */
+#define POOL_RAYS 4.0
+
+/* A run of one target's triangles. */
+struct work {
+    uint32_t target, triangle_first, triangle_end;
+};
+
+struct work_list {
+    struct work *items;
+    size_t count, capacity;
+};
+
+/* One thread's points on their way to the rays. */
+struct batch {
+    struct gather_point points[BATCH];
+    struct gather_result results[BATCH];
+    uint64_t ids[BATCH];
+    int count;
+    uint64_t rays;
+};
+
+struct collector {
+    const struct plan *plan;
+    const struct cranny_tracer *tracer;
+    const struct gather_plan *gather;
+    struct samples *samples;
+    int batch_limit; /* points traced without a look at the cancel flag */
+    struct trace_progress progress;
+};
+
+void trace_advance(struct trace_progress *progress, double units)
+{
+    double done;
+#pragma omp atomic capture
+    done = progress->done += units;
+    if (omp_get_thread_num() != 0)
+        return;
+    const double now = seconds_now();
+    if (now < progress->next)
+        return;
+    progress->next = now + 0.1;
+    if (!hook_progress(progress->hooks, "trace", done, progress->total)) {
+#pragma omp atomic write
+        progress->stop = 1;
+    }
+}
+
+bool trace_stopped(const struct trace_progress *progress)
+{
+    int stop;
+#pragma omp atomic read
+    stop = progress->stop;
+    return stop;
+}
+
+static bool add_work(struct work_list *list, const struct target *target, uint32_t index,
+                     uint32_t triangle_count, uint32_t grain)
+{
+    for (uint32_t first = 0, t = 0; t < triangle_count; t++) {
+        if (t + 1 < triangle_count &&
+            target->sample_start[t + 1] - target->sample_start[first] < grain)
+            continue;
+        if (!grow_array((void **)&list->items, &list->capacity, list->count + 1,
+                        sizeof *list->items))
+            return false;
+        list->items[list->count++] = (struct work){index, first, t + 1};
+        first = t + 1;
+    }
+    return true;
+}
+
+static bool list_work(const struct plan *plan, int rays, struct work_list *list)
+{
+    const uint32_t grain = (uint32_t)max_int(RAYS_PER_WORK / rays, 1);
+    for (size_t i = 0; i < plan->target_count; i++) {
+        const struct target *target = &plan->targets[i];
+        if (target->sample_count &&
+            !add_work(list, target, (uint32_t)i, plan_mesh(plan, target)->triangle_count, grain))
+            return false;
+    }
+    return true;
+}
+
+static void flush(struct collector *collector, struct batch *batch)
+{
+    trace_advance(&collector->progress, batch->count);
+    if (trace_stopped(&collector->progress))
+        batch->count = 0;
+    gather_points(collector->tracer, collector->gather, batch->points, (size_t)batch->count,
+                  batch->results);
+    for (int i = 0; i < batch->count; i++) {
+        const struct gather_result *result = &batch->results[i];
+        struct sample *sample = &collector->samples->values[batch->ids[i]];
+        for (int c = 0; c < 2; c++)
+            sample->visibility[c] =
+                (uint16_t)(clamp_float(result->visibility[c], 0, 1) * 65535 + 0.5f);
+        const double share = result->rays ? (double)result->back_faces / result->rays : 0;
+        collector->samples->valid[batch->ids[i]] = (uint8_t)(share * 255 + 0.5);
+        batch->rays += result->rays;
+    }
+    batch->count = 0;
+}
+
+/* A triangle as one of its instances shows it. */
+struct placed {
+    double corner[3][3];
+    double normal[3][3]; /* of the corners; not unit */
+    double face[3];      /* unit */
+    double extent;
+    bool smooth, good;
+};
+
+static void turn(const double m[9], const float v[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = m[3 * i] * v[0] + m[3 * i + 1] * v[1] + m[3 * i + 2] * v[2];
+}
+
+static bool normalise(double v[3])
+{
+    const double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    if (!(length > 0) || !isfinite(length))
+        return false;
+    for (int i = 0; i < 3; i++)
+        v[i] /= length;
+    return true;
+}
+
+static void place(const struct frame *frame, const struct cranny_mesh *mesh, uint32_t triangle,
+                  struct placed *placed)
+{
+    const uint32_t *corner = mesh->triangles[triangle];
+    double e[3][3], longest = 0;
+    for (int c = 0; c < 3; c++) {
+        transform_point(frame->world, mesh->positions[corner[c]], placed->corner[c]);
+        if (mesh->normals)
+            turn(frame->normal, mesh->normals[corner[c]], placed->normal[c]);
+    }
+    for (int c = 0; c < 3; c++) {
+        double square = 0;
+        for (int k = 0; k < 3; k++) {
+            e[c][k] = placed->corner[(c + 1) % 3][k] - placed->corner[c][k];
+            square += e[c][k] * e[c][k];
+        }
+        longest = fmax(longest, square);
+    }
+    for (int k = 0; k < 3; k++) {
+        const int a = (k + 1) % 3, b = (k + 2) % 3;
+        placed->face[k] = frame->side * (e[0][a] * e[1][b] - e[0][b] * e[1][a]);
+    }
+    placed->extent = sqrt(longest);
+    placed->smooth = mesh->normals != NULL;
+    placed->good = normalise(placed->face) && !frame->singular;
+}
+
+static void shade(const struct placed *placed, const double l[3], double normal[3])
+{
+    double side = 0;
+    for (int k = 0; k < 3; k++) {
+        normal[k] = !placed->smooth ? placed->face[k]
+                                    : l[0] * placed->normal[0][k] + l[1] * placed->normal[1][k] +
+                                          l[2] * placed->normal[2][k];
+        side += normal[k] * placed->face[k];
+    }
+    if (!normalise(normal))
+        memcpy(normal, placed->face, 3 * sizeof *normal);
+    else if (side < 0)
+        for (int k = 0; k < 3; k++)
+            normal[k] = -normal[k];
+}
+
+static void make_point(const struct placed *placed, const double l[3], uint64_t id,
+                       struct gather_point *point)
+{
+    double normal[3];
+    shade(placed, l, normal);
+    for (int k = 0; k < 3; k++) {
+        point->position[k] = (float)(l[0] * placed->corner[0][k] + l[1] * placed->corner[1][k] +
+                                     l[2] * placed->corner[2][k]);
+        point->normal[k] = (float)normal[k];
+        point->face_normal[k] = (float)placed->face[k];
+    }
+    point->extent = (float)placed->extent;
+    point->id = (uint32_t)id;
+}
+
+/* Which instance a sample of a shared mesh is traced in: the samples of a triangle step evenly
+ * through the instances' shares of the area. */
+static uint32_t pick_instance(const struct plan *plan, const struct target *target,
+                              uint32_t triangle, uint32_t index)
+{
+    if (target->instance_count == 1)
+        return plan->order[target->instance_first];
+    const uint32_t step = hash_combine(triangle, plan->shift[0]) + index * 0x9e3779b9u;
+    const double u = ((double)step + 0.5) * 0x1p-32;
+    const double *share = plan->share + target->instance_first;
+    uint32_t low = 0, high = target->instance_count - 1;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        if (share[middle] > u)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return plan->order[target->instance_first + low];
+}
+
+static void collect_triangle(struct collector *collector, const struct target *target,
+                             uint32_t triangle, struct batch *batch)
+{
+    const struct plan *plan = collector->plan;
+    const uint32_t first = target->sample_start[triangle];
+    const uint32_t count = target->sample_start[triangle + 1] - first;
+    const struct cranny_mesh *mesh = plan_mesh(plan, target);
+    struct placed placed = {.good = false};
+    uint32_t shown = UINT32_MAX;
+    for (uint32_t s = 0; s < count; s++) {
+        const uint32_t instance = pick_instance(plan, target, triangle, s);
+        const uint64_t id = target->sample_base + first + s;
+        if (instance != shown)
+            place(&plan->frames[instance], mesh, triangle, &placed);
+        shown = instance;
+        if (!placed.good) {
+            collector->samples->valid[id] = 255;
+            continue;
+        }
+        double l[3];
+        sample_barycentrics(plan->shift, id, l);
+        make_point(&placed, l, id, &batch->points[batch->count]);
+        batch->ids[batch->count++] = id;
+        if (batch->count == collector->batch_limit)
+            flush(collector, batch);
+    }
+}
+
+static void collect_work(struct collector *collector, const struct work *work, struct batch *batch)
+{
+    const struct target *target = &collector->plan->targets[work->target];
+    for (uint32_t t = work->triangle_first; t < work->triangle_end; t++) {
+        if (trace_stopped(&collector->progress))
+            return;
+        collect_triangle(collector, target, t, batch);
+    }
+    flush(collector, batch);
+}
+
+static void collect_all(struct collector *collector, const struct work_list *list, int threads)
+{
+    uint64_t rays = 0;
+#pragma omp parallel num_threads(threads) reduction(+ : rays)
+    {
+        const unsigned saved = gather_thread_begin();
+        struct batch batch = {.count = 0};
+#pragma omp for schedule(dynamic, 1)
+        for (size_t i = 0; i < list->count; i++)
+            if (!trace_stopped(&collector->progress))
+                collect_work(collector, &list->items[i], &batch);
+        rays += batch.rays;
+        gather_thread_end(saved);
+    }
+    collector->samples->rays = rays;
+}
+
+/* From shares of back faces to validity; returns how many samples fell. */
+static uint64_t judge_triangle(uint8_t *state, uint32_t count, double rays, double limit)
+{
+    uint64_t sum = 0, fallen = 0;
+    for (uint32_t s = 0; s < count; s++)
+        sum += state[s];
+    const double mean = count ? (double)sum / count : 0;
+    for (uint32_t s = 0; s < count; s++) {
+        const double share = (state[s] * rays + mean * POOL_RAYS) / (rays + POOL_RAYS) / 255;
+        state[s] = limit >= 1 || share <= limit;
+        fallen += !state[s];
+    }
+    return fallen;
+}
+
+static void judge(const struct plan *plan, const struct work_list *list,
+                  const struct cranny_bake_params *params, struct samples *samples, int threads)
+{
+    uint64_t invalid = 0;
+#pragma omp parallel for num_threads(threads) reduction(+ : invalid) schedule(static)
+    for (size_t i = 0; i < list->count; i++) {
+        const struct work *work = &list->items[i];
+        const struct target *target = &plan->targets[work->target];
+        for (uint32_t t = work->triangle_first; t < work->triangle_end; t++) {
+            const uint32_t first = target->sample_start[t];
+            invalid += judge_triangle(samples->valid + target->sample_base + first,
+                                      target->sample_start[t + 1] - first, params->rays,
+                                      params->back_limit);
+        }
+    }
+    samples->invalid = invalid;
+}
+
+struct cranny_gather_params bake_gather_params(const struct cranny_bake_params *params)
+{
+    struct cranny_gather_params gather = cranny_gather_params_default();
+    gather.rays = params->rays;
+    gather.distances[0] = params->distance_long;
+    gather.distances[1] = params->distance_short;
+    gather.kernel = (enum cranny_kernel)params->kernel;
+    gather.sampler = (enum cranny_sampler)params->sampler;
+    gather.seed = (uint32_t)params->seed;
+    gather.threads = params->threads;
+    return gather;
+}
+
+static enum cranny_status samples_alloc(const struct plan *plan, struct samples *samples,
+                                        struct cranny_error *why)
+{
+    *samples = (struct samples){0};
+    samples->values = alloc_array(plan->sample_count, sizeof *samples->values);
+    samples->valid = alloc_array(plan->sample_count, 1);
+    return samples->values && samples->valid ? CRANNY_OK : fail_memory(why, "samples");
+}
+
+static enum cranny_status run(const struct plan *plan, const struct cranny_tracer *tracer,
+                              const struct cranny_bake_params *params, const struct work_list *list,
+                              struct samples *samples, struct cranny_error *why)
+{
+    const struct cranny_gather_params wanted = bake_gather_params(params);
+    const int threads = thread_count(params->threads);
+    struct gather_plan *gather;
+    enum cranny_status status = gather_plan_create(&wanted, params->adaptive, &gather, why);
+    if (status != CRANNY_OK)
+        return status;
+    struct collector collector = {
+        .plan = plan,
+        .tracer = tracer,
+        .gather = gather,
+        .samples = samples,
+        .batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1)),
+        .progress = {.hooks = params->hooks, .total = (double)plan->sample_count},
+    };
+    collect_all(&collector, list, threads);
+    gather_plan_destroy(&gather);
+    if (collector.progress.stop ||
+        !hook_progress(params->hooks, "trace", collector.progress.total, collector.progress.total))
+        return fail(why, CRANNY_CANCELLED, "bake: cancelled while tracing");
+    judge(plan, list, params, samples, threads);
+    return CRANNY_OK;
+}
+
+enum cranny_status samples_collect(const struct plan *plan, const struct cranny_tracer *tracer,
+                                   const struct cranny_bake_params *params, struct samples *samples,
+                                   struct cranny_error *why)
+{
+    struct work_list list = {0};
+    enum cranny_status status = samples_alloc(plan, samples, why);
+    if (status == CRANNY_OK && !list_work(plan, params->rays, &list))
+        status = fail_memory(why, "samples");
+    if (status == CRANNY_OK)
+        status = run(plan, tracer, params, &list, samples, why);
+    free(list.items);
+    if (status != CRANNY_OK)
+        samples_free(samples);
+    return status;
+}
+
+void samples_free(struct samples *samples)
+{
+    free(samples->values);
+    free(samples->valid);
+    *samples = (struct samples){0};
+}

@@ -1,0 +1,370 @@
+/* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.1. */
+#include "bake/fit.h"
+
+#include "bake/fill.h"
+#include "bake/lsq.h"
+#include "trace/gather.h"
+
+/* Triangles summed up before the sums are added: fixed, so that threads do not change the bits. */
+#define TRIANGLES_PER_SUM 8192
+/* Multiplications that a solve may take in all; big systems get fewer iterations. */
+#define SOLVE_BUDGET 2e10
+#define ITERATIONS_MIN 200
+#define ITERATIONS_MAX 3000
+
+struct fit {
+    const struct plan *plan;
+    const struct target *target;
+    const struct cranny_mesh *mesh;
+    const struct samples *samples;
+    const struct cranny_bake_params *params;
+    int threads;
+    struct surface surface;
+    struct lsq_term *terms; /* per triangle */
+    double (*x)[2];         /* per unknown */
+    uint8_t *known;         /* per unknown: has a valid sample near */
+};
+
+static void add_triangle(const struct fit *fit, uint32_t t)
+{
+    const struct target *target = fit->target;
+    const uint32_t first = target->sample_start[t], end = target->sample_start[t + 1];
+    if (first == end || fit->surface.triangles[t][0] == SURFACE_NONE)
+        return;
+    const double weight = metric_area(target->metric, fit->mesh, t) / (end - first);
+    for (uint32_t s = first; s < end; s++) {
+        const uint64_t id = target->sample_base + s;
+        if (!fit->samples->valid[id])
+            continue;
+        const struct sample *sample = &fit->samples->values[id];
+        const double f[2] = {sample_value(sample, 0), sample_value(sample, 1)};
+        double l[3];
+        sample_barycentrics(fit->plan->shift, id, l);
+        lsq_add(&fit->terms[t], weight, l, f);
+    }
+}
+
+static void add_samples(const struct fit *fit)
+{
+#pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
+    for (uint32_t t = 0; t < fit->surface.triangle_count; t++)
+        add_triangle(fit, t);
+}
+
+/* The weighted mean of the samples around each vertex: Σ w φ f / Σ w φ. */
+static void splat(const struct fit *fit)
+{
+    const struct surface *surface = &fit->surface;
+#pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
+    for (uint32_t u = 0; u < surface->unknown_count; u++) {
+        double mass = 0, sum[2] = {0, 0};
+        for (uint32_t i = surface->incident_start[u]; i < surface->incident_start[u + 1]; i++) {
+            const uint32_t c = surface->incident[i] % 3;
+            const struct lsq_term *term = &fit->terms[surface->incident[i] / 3];
+            mass += term->m[c] + term->m[3 + c] + term->m[3 + (c + 2) % 3];
+            sum[0] += term->b[0][c];
+            sum[1] += term->b[1][c];
+        }
+        fit->known[u] = mass > 0;
+        fit->x[u][0] = mass > 0 ? sum[0] / mass : 0;
+        fit->x[u][1] = mass > 0 ? sum[1] / mass : 0;
+    }
+}
+
+static enum cranny_status solve(const struct fit *fit, struct fit_report *report,
+                                struct cranny_error *why)
+{
+    struct lsq_params params = lsq_params_default();
+    struct lsq_system system;
+    struct lsq_outcome outcome;
+    params.alpha = fit->params->alpha;
+    params.threads = fit->threads;
+    enum cranny_status status =
+        lsq_build(&fit->surface, fit->terms, (const double(*)[2])fit->x, &params, &system, why);
+    if (status != CRANNY_OK)
+        return status;
+    const double budget = SOLVE_BUDGET / (double)(system.entry_count + 1);
+    params.iterations_max = (int)fmin(fmax(budget, ITERATIONS_MIN), ITERATIONS_MAX);
+    status = lsq_solve(&system, &params, fit->x, &outcome, why);
+    report->bytes += system.entry_count * 12 + (uint64_t)system.count * 96;
+    lsq_free(&system);
+    if (status == CRANNY_OK) {
+        report->iterations = outcome.iterations;
+        report->unconverged = !outcome.converged;
+    }
+    return status;
+}
+
+/* Squared distance of a triangle's samples from the fit, in the blended value. */
+static void compare_triangle(const struct fit *fit, uint32_t t, double sum[2])
+{
+    const struct target *target = fit->target;
+    const uint32_t first = target->sample_start[t], end = target->sample_start[t + 1];
+    const uint32_t *corner = fit->surface.triangles[t];
+    if (first == end || corner[0] == SURFACE_NONE)
+        return;
+    const double area = metric_area(target->metric, fit->mesh, t) / (end - first);
+    const double blend[2] = {1 - fit->params->short_weight, fit->params->short_weight};
+    for (uint32_t s = first; s < end; s++) {
+        const uint64_t id = target->sample_base + s;
+        if (!fit->samples->valid[id])
+            continue;
+        double l[3], difference = 0;
+        sample_barycentrics(fit->plan->shift, id, l);
+        for (int k = 0; k < 2; k++)
+            difference += blend[k] * (l[0] * fit->x[corner[0]][k] + l[1] * fit->x[corner[1]][k] +
+                                      l[2] * fit->x[corner[2]][k] -
+                                      sample_value(&fit->samples->values[id], k));
+        sum[0] += area * difference * difference;
+        sum[1] += area;
+    }
+}
+
+static enum cranny_status compare(const struct fit *fit, struct fit_report *report,
+                                  struct cranny_error *why)
+{
+    const uint32_t triangles = fit->surface.triangle_count;
+    const size_t pieces = ((size_t)triangles + TRIANGLES_PER_SUM - 1) / TRIANGLES_PER_SUM;
+    double(*sums)[2] = alloc_array(pieces, sizeof *sums);
+    if (!sums)
+        return fail_memory(why, "fit");
+#pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
+    for (size_t i = 0; i < pieces; i++)
+        for (size_t t = i * TRIANGLES_PER_SUM; t < (i + 1) * TRIANGLES_PER_SUM && t < triangles;
+             t++)
+            compare_triangle(fit, (uint32_t)t, sums[i]);
+    for (size_t i = 0; i < pieces; i++) {
+        report->squares += sums[i][0];
+        report->weight += sums[i][1];
+    }
+    free(sums);
+    return CRANNY_OK;
+}
+
+static void clamp_unknowns(const struct fit *fit)
+{
+    for (uint32_t u = 0; u < fit->surface.unknown_count; u++)
+        for (int s = 0; s < 2; s++)
+            fit->x[u][s] = fmin(fmax(fit->x[u][s], 0), 1); /* NaN becomes 0, then 0..1 */
+}
+
+static void scatter(const struct fit *fit, float (*values)[2], struct fit_report *report)
+{
+    for (uint32_t v = 0; v < fit->surface.vertex_count; v++) {
+        const uint32_t u = fit->surface.unknown_of[v];
+        values[v][0] = u == SURFACE_NONE ? 1 : (float)fit->x[u][0];
+        values[v][1] = u == SURFACE_NONE ? 1 : (float)fit->x[u][1];
+        report->unsampled_vertices += u != SURFACE_NONE && !fit->known[u];
+    }
+}
+
+static enum cranny_status fit_begin(struct fit *fit, size_t term_count, struct fit_report *report,
+                                    struct cranny_error *why)
+{
+    enum cranny_status status =
+        surface_create(fit->mesh, fit->target->metric, fit->threads, &fit->surface, why);
+    if (status != CRANNY_OK)
+        return status;
+    fit->terms = alloc_array(term_count, sizeof *fit->terms);
+    fit->x = alloc_array(fit->surface.unknown_count, sizeof *fit->x);
+    fit->known = alloc_array(fit->surface.unknown_count, 1);
+    report->bytes += surface_bytes(&fit->surface) + term_count * sizeof *fit->terms +
+                     (uint64_t)fit->surface.unknown_count * 17;
+    return fit->terms && fit->x && fit->known ? CRANNY_OK : fail_memory(why, "fit");
+}
+
+static void fit_end(struct fit *fit)
+{
+    surface_free(&fit->surface);
+    free(fit->terms);
+    free(fit->x);
+    free(fit->known);
+}
+
+enum cranny_status fit_target(const struct plan *plan, const struct samples *samples, size_t index,
+                              const struct cranny_bake_params *params, int threads,
+                              float (*values)[2], struct fit_report *report,
+                              struct cranny_error *why)
+{
+    const struct target *target = &plan->targets[index];
+    struct fit fit = {.plan = plan,
+                      .target = target,
+                      .mesh = plan_mesh(plan, target),
+                      .samples = samples,
+                      .params = params,
+                      .threads = threads};
+    *report = (struct fit_report){0};
+    enum cranny_status status = fit_begin(&fit, fit.mesh->triangle_count, report, why);
+    if (status == CRANNY_OK) {
+        add_samples(&fit);
+        splat(&fit);
+        status = fill_unknowns(&fit.surface, fit.known, fit.x, &report->lost_components, why);
+    }
+    if (status == CRANNY_OK && params->fit == CRANNY_FIT_LEAST_SQUARES)
+        status = solve(&fit, report, why);
+    if (status == CRANNY_OK) {
+        clamp_unknowns(&fit);
+        status = compare(&fit, report, why);
+    }
+    if (status == CRANNY_OK)
+        scatter(&fit, values, report);
+    fit_end(&fit);
+    return status;
+}
+
+/* Object-space normal of an unknown: its vertex's own, else the area-weighted mean of its faces. */
+static void unknown_normal(const struct fit *fit, uint32_t unknown, uint32_t vertex, double out[3])
+{
+    const struct surface *surface = &fit->surface;
+    static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    for (int k = 0; k < 3; k++)
+        out[k] = fit->mesh->normals ? fit->mesh->normals[vertex][k] : 0;
+    for (uint32_t i = surface->incident_start[unknown];
+         !fit->mesh->normals && i < surface->incident_start[unknown + 1]; i++) {
+        const uint32_t *corner = fit->mesh->triangles[surface->incident[i] / 3];
+        const float(*p)[3] = fit->mesh->positions;
+        double a[3], b[3];
+        metric_edge(identity, p[corner[0]], p[corner[1]], a);
+        metric_edge(identity, p[corner[0]], p[corner[2]], b);
+        for (int k = 0; k < 3; k++)
+            out[k] += a[(k + 1) % 3] * b[(k + 2) % 3] - a[(k + 2) % 3] * b[(k + 1) % 3];
+    }
+}
+
+static bool vertex_point(const struct frame *frame, const float position[3], const double normal[3],
+                         uint32_t id, struct gather_point *point)
+{
+    double world[3], n[3], length = 0;
+    transform_point(frame->world, position, world);
+    for (int k = 0; k < 3; k++) {
+        n[k] = frame->normal[3 * k] * normal[0] + frame->normal[3 * k + 1] * normal[1] +
+               frame->normal[3 * k + 2] * normal[2];
+        length += n[k] * n[k];
+    }
+    if (!(length > 0) || !isfinite(length) || frame->singular)
+        return false;
+    for (int k = 0; k < 3; k++) {
+        point->position[k] = (float)world[k];
+        point->normal[k] = point->face_normal[k] = (float)(n[k] / sqrt(length));
+    }
+    point->extent = 0;
+    point->id = id;
+    return true;
+}
+
+/* Instances that a vertex is traced in when its values are shared. */
+#define VERTEX_INSTANCES 4u
+
+struct vertex_run {
+    const struct fit *fit;
+    const struct cranny_tracer *tracer;
+    const struct gather_plan *gather;
+    const uint32_t *first; /* a vertex of each unknown */
+    struct trace_progress progress;
+};
+
+static uint64_t gather_unknown(struct vertex_run *run, uint32_t unknown)
+{
+    const struct fit *fit = run->fit;
+    const struct target *target = fit->target;
+    const uint32_t vertex = run->first[unknown];
+    double normal[3], sum[2] = {0, 0};
+    unknown_normal(fit, unknown, vertex, normal);
+    const uint32_t count =
+        target->instance_count < VERTEX_INSTANCES ? target->instance_count : VERTEX_INSTANCES;
+    uint64_t rays = 0, good = 0;
+    for (uint32_t i = 0; i < count; i++) {
+        const uint32_t pick =
+            (uint32_t)(((uint64_t)i * target->instance_count + unknown % target->instance_count) /
+                       count) %
+            target->instance_count;
+        const struct frame *frame =
+            &fit->plan->frames[fit->plan->order[target->instance_first + pick]];
+        struct gather_point point;
+        struct gather_result result;
+        if (!vertex_point(frame, fit->mesh->positions[vertex], normal, unknown * count + i, &point))
+            continue;
+        gather_points(run->tracer, run->gather, &point, 1, &result);
+        rays += result.rays;
+        const double limit = fit->params->back_limit * result.rays;
+        if (fit->params->back_limit < 1 && result.back_faces > limit)
+            continue;
+        good++;
+        sum[0] += result.visibility[0];
+        sum[1] += result.visibility[1];
+    }
+    fit->known[unknown] = good > 0;
+    for (int s = 0; s < 2; s++)
+        fit->x[unknown][s] = good ? sum[s] / (double)good : 0;
+    trace_advance(&run->progress, 1);
+    return rays;
+}
+
+static uint64_t gather_unknowns(struct vertex_run *run)
+{
+    uint64_t rays = 0;
+#pragma omp parallel num_threads(run->fit->threads) reduction(+ : rays)
+    {
+        const unsigned saved = gather_thread_begin();
+#pragma omp for schedule(dynamic, 64)
+        for (uint32_t u = 0; u < run->fit->surface.unknown_count; u++)
+            if (!trace_stopped(&run->progress))
+                rays += gather_unknown(run, u);
+        gather_thread_end(saved);
+    }
+    return rays;
+}
+
+static enum cranny_status run_vertices(const struct fit *fit, const struct cranny_tracer *tracer,
+                                       struct samples *samples, struct cranny_error *why)
+{
+    const struct cranny_gather_params wanted = bake_gather_params(fit->params);
+    struct vertex_run run = {.fit = fit, .tracer = tracer};
+    run.progress =
+        (struct trace_progress){.hooks = fit->params->hooks, .total = fit->surface.unknown_count};
+    struct gather_plan *gather;
+    uint32_t *first = alloc_array(fit->surface.unknown_count, sizeof *first);
+    if (!first)
+        return fail_memory(why, "fit");
+    for (uint32_t v = fit->surface.vertex_count; v-- > 0;)
+        if (fit->surface.unknown_of[v] != SURFACE_NONE)
+            first[fit->surface.unknown_of[v]] = v;
+    enum cranny_status status = gather_plan_create(&wanted, fit->params->adaptive, &gather, why);
+    if (status == CRANNY_OK) {
+        run.first = first;
+        run.gather = gather;
+        samples->rays += gather_unknowns(&run);
+        gather_plan_destroy(&gather);
+        for (uint32_t u = 0; u < fit->surface.unknown_count; u++)
+            samples->invalid += !fit->known[u];
+        if (run.progress.stop)
+            status = fail(why, CRANNY_CANCELLED, "bake: cancelled while tracing");
+    }
+    free(first);
+    return status;
+}
+
+enum cranny_status fit_from_vertices(const struct plan *plan, const struct cranny_tracer *tracer,
+                                     size_t index, const struct cranny_bake_params *params,
+                                     float (*values)[2], struct fit_report *report,
+                                     struct samples *samples, struct cranny_error *why)
+{
+    const struct target *target = &plan->targets[index];
+    struct fit fit = {.plan = plan,
+                      .target = target,
+                      .mesh = plan_mesh(plan, target),
+                      .params = params,
+                      .threads = thread_count(params->threads)};
+    *report = (struct fit_report){0};
+    enum cranny_status status = fit_begin(&fit, 0, report, why);
+    if (status == CRANNY_OK)
+        status = run_vertices(&fit, tracer, samples, why);
+    if (status == CRANNY_OK)
+        status = fill_unknowns(&fit.surface, fit.known, fit.x, &report->lost_components, why);
+    if (status == CRANNY_OK) {
+        clamp_unknowns(&fit);
+        scatter(&fit, values, report);
+    }
+    fit_end(&fit);
+    return status;
+}

@@ -1,0 +1,27 @@
+/* From a target's samples to its vertex values. */
+#ifndef BAKE_FIT_H
+#define BAKE_FIT_H
+
+#include "bake/collect.h"
+
+/* Sums over targets; two may be added in any order except `squares` and `weight`. */
+struct fit_report {
+    uint64_t unsampled_vertices, lost_components, bytes;
+    int iterations, unconverged;
+    double squares, weight; /* of samples against the fit, by area */
+};
+
+/* Fill values[vertex][0..1] (long, short) for target `index`, in [0,1]; vertices that no triangle
+ * uses get 1. `threads` never changes the bits. */
+enum cranny_status fit_target(const struct plan *plan, const struct samples *samples, size_t index,
+                              const struct cranny_bake_params *params, int threads,
+                              float (*values)[2], struct fit_report *report,
+                              struct cranny_error *why);
+
+/* The same for CRANNY_FIT_VERTEX: rays from the vertices; `rays` and `samples` are added to. */
+enum cranny_status fit_from_vertices(const struct plan *plan, const struct cranny_tracer *tracer,
+                                     size_t index, const struct cranny_bake_params *params,
+                                     float (*values)[2], struct fit_report *report,
+                                     struct samples *samples, struct cranny_error *why);
+
+#endif

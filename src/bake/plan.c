@@ -1,0 +1,335 @@
+/* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.1: the
+ * samples of a face follow its area up to a cap. */
+#include "bake/plan.h"
+
+/* Scenes of few, large faces get at least this many samples in all; they cost next to nothing. */
+#define SAMPLES_AT_LEAST 32768.0
+/* Instances' worth of samples that a shared set of values gets at most. */
+#define SHARED_WORTH 4u
+/* Area over squared longest edge below which float vertices hold no normal. */
+#define FLAT_RATIO 1e-9
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+double metric_area(const double metric[9], const struct cranny_mesh *mesh, uint32_t triangle)
+{
+    const uint32_t *corner = mesh->triangles[triangle];
+    double e1[3], e2[3], e3[3], n[3];
+    metric_edge(metric, mesh->positions[corner[0]], mesh->positions[corner[1]], e1);
+    metric_edge(metric, mesh->positions[corner[0]], mesh->positions[corner[2]], e2);
+    metric_edge(metric, mesh->positions[corner[1]], mesh->positions[corner[2]], e3);
+    cross(e1, e2, n);
+    const double longest = fmax(dot(e1, e1), fmax(dot(e2, e2), dot(e3, e3)));
+    const double area = 0.5 * sqrt(dot(n, n));
+    return area > FLAT_RATIO * longest && isfinite(area) ? area : 0;
+}
+
+static void frame_make(const struct cranny_instance *instance, struct frame *frame)
+{
+    memcpy(frame->world, instance->world_from_object, sizeof frame->world);
+    double inverse[9];
+    frame->singular = !transform_inverse3(frame->world, inverse);
+    for (int i = 0; i < 3; i++)
+        for (int j = 0; j < 3; j++)
+            frame->normal[3 * i + j] = inverse[3 * j + i];
+    frame->side = transform_determinant(frame->world) < 0 ? -1 : 1;
+}
+
+static void linear_part(const double world[12], double metric[9])
+{
+    for (int i = 0; i < 9; i++)
+        metric[i] = world[4 * (i / 3) + i % 3];
+}
+
+static double mesh_area(const double metric[9], const struct cranny_mesh *mesh)
+{
+    double sum = 0;
+    for (uint32_t t = 0; t < mesh->triangle_count; t++)
+        sum += metric_area(metric, mesh, t);
+    return sum;
+}
+
+/* Instances ordered so that those which share their values come together. */
+struct entry {
+    uint32_t mesh, unit, instance; /* unit: what is never split, numbered within the scene */
+};
+
+static int compare_entries(const void *a, const void *b)
+{
+    const struct entry *x = a, *y = b;
+    if (x->mesh != y->mesh)
+        return x->mesh < y->mesh ? -1 : 1;
+    if (x->unit != y->unit)
+        return x->unit < y->unit ? -1 : 1;
+    return (x->instance > y->instance) - (x->instance < y->instance);
+}
+
+/* The instances that one node makes (EXT_mesh_gpu_instancing) are one unit: its first instance. */
+static void list_entries(const struct cranny_scene *scene, struct entry *entries)
+{
+    for (uint32_t i = 0; i < scene->instance_count; i++) {
+        const struct instance *instance = &scene->instances[i], *last = instance - 1;
+        const bool joins = i > 0 && instance->source_index >= 0 && last->source_index >= 0 &&
+                           instance->source_node == last->source_node &&
+                           instance->view.mesh == last->view.mesh;
+        entries[i] = (struct entry){instance->view.mesh, joins ? entries[i - 1].unit : i, i};
+    }
+    qsort(entries, scene->instance_count, sizeof *entries, compare_entries);
+}
+
+static bool split_mesh(const struct cranny_bake_params *params, size_t units)
+{
+    switch ((enum cranny_instances)params->instances) {
+    case CRANNY_INSTANCES_SPLIT:
+        return true;
+    case CRANNY_INSTANCES_SHARED:
+        return false;
+    case CRANNY_INSTANCES_AUTO:
+        break;
+    }
+    return units <= (size_t)params->split_limit;
+}
+
+/* Targets of one mesh: entries first..end. Returns how many instances stay joined against a split.
+ */
+static size_t group_mesh(struct plan *plan, const struct entry *entries, size_t first, size_t end,
+                         const struct cranny_bake_params *params)
+{
+    size_t units = 0, joined = 0;
+    for (size_t i = first; i < end; i++)
+        units += i == first || entries[i].unit != entries[i - 1].unit;
+    const bool split = split_mesh(params, units);
+    for (size_t i = first; i < end; i++) {
+        const bool starts = i == first || (split && entries[i].unit != entries[i - 1].unit);
+        if (starts)
+            plan->targets[plan->target_count++] =
+                (struct target){.mesh = entries[i].mesh, .instance_first = (uint32_t)i};
+        else
+            joined += split;
+        plan->targets[plan->target_count - 1].instance_count++;
+        plan->order[i] = entries[i].instance;
+        plan->target_of[entries[i].instance] = (uint32_t)plan->target_count - 1;
+    }
+    return joined;
+}
+
+static void group_instances(struct plan *plan, struct entry *entries,
+                            const struct cranny_bake_params *params)
+{
+    const size_t count = plan->scene->instance_count;
+    list_entries(plan->scene, entries);
+    size_t joined = 0;
+    for (size_t first = 0, end; first < count; first = end) {
+        for (end = first; end < count && entries[end].mesh == entries[first].mesh;)
+            end++;
+        joined += group_mesh(plan, entries, first, end, params);
+    }
+    if (joined && params->instances == CRANNY_INSTANCES_SPLIT)
+        hook_warn(params->hooks,
+                  "%zu instances made by EXT_mesh_gpu_instancing share the values of their node: "
+                  "the format has no place for values of their own",
+                  joined);
+}
+
+/* The metric and each instance's share. A shared set lives in object space times one scale, the
+ * root of the mean area ratio; instances take part by their area in the world. */
+static void measure_target(struct plan *plan, struct target *target)
+{
+    const struct cranny_mesh *mesh = plan_mesh(plan, target);
+    static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    double sum = 0;
+    uint32_t live = 0;
+    for (uint32_t i = 0; i < target->instance_count; i++) {
+        struct frame *frame = &plan->frames[plan->order[target->instance_first + i]];
+        linear_part(frame->world, target->metric);
+        const double area = frame->singular ? 0 : mesh_area(target->metric, mesh);
+        sum += area;
+        live += area > 0;
+        plan->share[target->instance_first + i] = sum;
+    }
+    target->area = target->instance_count == 1 ? sum : live ? sum / live : 0;
+    for (uint32_t i = 0; i < target->instance_count && sum > 0; i++)
+        plan->share[target->instance_first + i] /= sum;
+    if (target->instance_count > 1) {
+        const double object = mesh_area(identity, mesh);
+        const double scale = object > 0 ? sqrt(target->area / object) : 0;
+        target->area = object > 0 ? target->area : 0;
+        for (int k = 0; k < 9; k++)
+            target->metric[k] = identity[k] * scale;
+    }
+}
+
+static uint32_t worth(const struct target *target)
+{
+    return target->instance_count < SHARED_WORTH ? target->instance_count : SHARED_WORTH;
+}
+
+static uint32_t samples_on(double wanted, const struct cranny_bake_params *params)
+{
+    const double n = ceil(wanted);
+    return (uint32_t)fmin(fmax(n, params->samples_min), params->samples_max);
+}
+
+/* Faces by the binary logarithm of their area, sixteen bins a doubling. */
+#define BIN_COUNT 4096
+struct histogram {
+    uint64_t bins[BIN_COUNT];
+    uint64_t faces;
+};
+
+static void count_faces(const struct plan *plan, struct histogram *histogram)
+{
+    for (size_t i = 0; i < plan->target_count; i++) {
+        const struct target *target = &plan->targets[i];
+        const struct cranny_mesh *mesh = plan_mesh(plan, target);
+        for (uint32_t t = 0; target->area > 0 && t < mesh->triangle_count; t++) {
+            const double area = metric_area(target->metric, mesh, t);
+            if (!(area > 0))
+                continue;
+            const double bin = 16 * log2(area) + BIN_COUNT / 2;
+            histogram->bins[(int)fmin(fmax(bin, 0), BIN_COUNT - 1)] += worth(target);
+            histogram->faces += worth(target);
+        }
+    }
+}
+
+static double expected_samples(const struct histogram *histogram, double density,
+                               const struct cranny_bake_params *params)
+{
+    double sum = 0;
+    for (int i = 0; i < BIN_COUNT; i++)
+        if (histogram->bins[i])
+            sum += (double)histogram->bins[i] *
+                   samples_on(density * exp2((i + 0.5 - BIN_COUNT / 2) / 16), params);
+    return sum;
+}
+
+/* The density that meets samples_per_face on average, caps included. */
+static enum cranny_status choose_density(const struct plan *plan,
+                                         const struct cranny_bake_params *params, double *density,
+                                         struct cranny_error *why)
+{
+    *density = params->density;
+    if (params->density > 0)
+        return CRANNY_OK;
+    struct histogram *histogram = alloc_array(1, sizeof *histogram);
+    if (!histogram)
+        return fail_memory(why, "samples");
+    count_faces(plan, histogram);
+    const double aim =
+        fmax((double)params->samples_per_face * (double)histogram->faces, SAMPLES_AT_LEAST);
+    double low = -BIN_COUNT / 32.0, high = BIN_COUNT / 32.0;
+    for (int i = 0; i < 40; i++) {
+        const double middle = 0.5 * (low + high);
+        if (expected_samples(histogram, exp2(middle), params) < aim)
+            low = middle;
+        else
+            high = middle;
+    }
+    *density = exp2(high);
+    free(histogram);
+    return CRANNY_OK;
+}
+
+static enum cranny_status place_samples(struct plan *plan, struct target *target, double density,
+                                        const struct cranny_bake_params *params,
+                                        struct cranny_error *why)
+{
+    target->sample_base = plan->sample_count;
+    if (!(target->area > 0))
+        return CRANNY_OK;
+    const struct cranny_mesh *mesh = plan_mesh(plan, target);
+    target->sample_start = alloc_array((size_t)mesh->triangle_count + 1, sizeof(uint32_t));
+    if (!target->sample_start)
+        return fail_memory(why, "samples");
+    uint64_t count = 0;
+    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
+        const double area = metric_area(target->metric, mesh, t);
+        target->sample_start[t] = (uint32_t)count;
+        if (area > 0)
+            count += (uint64_t)samples_on(density * area, params) * worth(target);
+        if (count > UINT32_MAX)
+            return fail(why, CRANNY_MEMORY,
+                        "mesh '%s': more than 2^32 samples; lower density or samples_per_face",
+                        mesh->name ? mesh->name : "");
+    }
+    target->sample_start[mesh->triangle_count] = (uint32_t)count;
+    target->sample_count = (uint32_t)count;
+    plan->sample_count += count;
+    return CRANNY_OK;
+}
+
+static enum cranny_status plan_alloc(struct plan *plan, struct entry **entries,
+                                     struct cranny_error *why)
+{
+    const size_t count = plan->scene->instance_count;
+    plan->frames = alloc_array(count, sizeof *plan->frames);
+    plan->order = alloc_array(count, sizeof *plan->order);
+    plan->share = alloc_array(count, sizeof *plan->share);
+    plan->targets = alloc_array(count, sizeof *plan->targets);
+    plan->target_of = alloc_array(count, sizeof *plan->target_of);
+    *entries = alloc_array(count, sizeof **entries);
+    const bool complete =
+        plan->frames && plan->order && plan->share && plan->targets && plan->target_of && *entries;
+    return complete ? CRANNY_OK : fail_memory(why, "bake plan");
+}
+
+static enum cranny_status plan_fill(struct plan *plan, struct entry *entries,
+                                    const struct cranny_bake_params *params,
+                                    struct cranny_error *why)
+{
+    for (size_t i = 0; i < plan->scene->instance_count; i++)
+        frame_make(&plan->scene->instances[i].view, &plan->frames[i]);
+    group_instances(plan, entries, params);
+    double area = 0, density;
+    for (size_t i = 0; i < plan->target_count; i++) {
+        measure_target(plan, &plan->targets[i]);
+        area += plan->targets[i].area;
+    }
+    if (!(area > 0))
+        return fail(why, CRANNY_INPUT,
+                    "the scene has no triangle with area: there is nothing to bake");
+    enum cranny_status status = choose_density(plan, params, &density, why);
+    for (size_t i = 0; status == CRANNY_OK && i < plan->target_count; i++)
+        status = place_samples(plan, &plan->targets[i], density, params, why);
+    return status;
+}
+
+enum cranny_status plan_create(const struct cranny_scene *scene,
+                               const struct cranny_bake_params *params, struct plan *plan,
+                               struct cranny_error *why)
+{
+    *plan = (struct plan){.scene = scene};
+    plan->shift[0] = hash_u32((uint32_t)params->seed * 2 + 1);
+    plan->shift[1] = hash_u32((uint32_t)params->seed * 2 + 2);
+    struct entry *entries;
+    enum cranny_status status = plan_alloc(plan, &entries, why);
+    if (status == CRANNY_OK)
+        status = plan_fill(plan, entries, params, why);
+    free(entries);
+    if (status != CRANNY_OK)
+        plan_free(plan);
+    return status;
+}
+
+void plan_free(struct plan *plan)
+{
+    for (size_t i = 0; i < plan->target_count; i++)
+        free(plan->targets[i].sample_start);
+    free(plan->frames);
+    free(plan->order);
+    free(plan->share);
+    free(plan->targets);
+    free(plan->target_of);
+    *plan = (struct plan){0};
+}

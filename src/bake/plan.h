@@ -1,0 +1,77 @@
+/* What is baked: targets (sets of values), and where on them the samples lie. */
+#ifndef BAKE_PLAN_H
+#define BAKE_PLAN_H
+
+#include "base/sequence.h"
+#include "scene/scene.h"
+
+#include <cranny/bake.h>
+
+/* An instance's transform, made ready for points and normals. */
+struct frame {
+    double world[12];
+    double normal[9]; /* inverse transpose of the 3×3 part */
+    double side;      /* −1 when the transform mirrors */
+    bool singular;    /* flattened: no area, or no normals */
+};
+
+/* One set of values: a mesh in one instance, or in several that share their values. */
+struct target {
+    uint32_t mesh;
+    uint32_t instance_first, instance_count; /* in plan->order */
+    double metric[9];       /* edges to world metres: the instance's 3×3 part, or a mean scale */
+    double area;            /* m², in the metric; 0: nothing to bake, all values are 1 */
+    uint32_t *sample_start; /* triangle_count + 1, from sample_base on; NULL when area is 0 */
+    uint64_t sample_base;
+    uint32_t sample_count;
+};
+
+struct plan {
+    const struct cranny_scene *scene;
+    struct frame *frames; /* per instance of the scene */
+    uint32_t *order;      /* instances, those of one target together */
+    double *share;        /* per entry of order: cumulative share of the target's world area */
+    struct target *targets;
+    uint32_t *target_of; /* per instance of the scene */
+    size_t target_count;
+    uint64_t sample_count;
+    uint32_t shift[2]; /* of the point set, from the seed */
+};
+
+/* Group the instances and place the samples. CRANNY_INPUT when nothing has area. */
+enum cranny_status plan_create(const struct cranny_scene *scene,
+                               const struct cranny_bake_params *params, struct plan *plan,
+                               struct cranny_error *why);
+void plan_free(struct plan *plan);
+
+static inline const struct cranny_mesh *plan_mesh(const struct plan *plan,
+                                                  const struct target *target)
+{
+    return &plan->scene->meshes[target->mesh].view;
+}
+
+/* The vector from vertex `a` to vertex `b`, in the target's metric. */
+static inline void metric_edge(const double metric[9], const float a[3], const float b[3],
+                               double out[3])
+{
+    const double d[3] = {(double)b[0] - a[0], (double)b[1] - a[1], (double)b[2] - a[2]};
+    for (int i = 0; i < 3; i++)
+        out[i] = metric[3 * i] * d[0] + metric[3 * i + 1] * d[1] + metric[3 * i + 2] * d[2];
+}
+
+/* m², or 0 for a triangle without a usable normal. */
+double metric_area(const double metric[9], const struct cranny_mesh *mesh, uint32_t triangle);
+
+/* Where sample `id` lies in its triangle. One Kronecker (R2) sequence runs through all samples, so
+ * that each triangle's run is spread evenly and neighbours complement one another. */
+static inline void sample_barycentrics(const uint32_t shift[2], uint64_t id, double l[3])
+{
+    const uint32_t u = shift[0] + (uint32_t)id * 0xc13fa9a9u; /* 2³² / plastic number */
+    const uint32_t v = shift[1] + (uint32_t)id * 0x91e10da5u; /* 2³² / its square */
+    const double root = sqrt(((double)u + 0.5) * 0x1p-32);
+    l[0] = 1 - root;
+    l[1] = ((double)v + 0.5) * 0x1p-32 * root;
+    l[2] = 1 - l[0] - l[1];
+}
+
+#endif
