@@ -1,0 +1,116 @@
+// The Khronos validator on every input and on what was baked from it (bake.mjs): no error or
+// warning may appear that the input did not have at the same place. What was refused must be wrong
+// by the validator's judgement too, or be on the list of reasons below.
+import fs from 'node:fs';
+import path from 'node:path';
+import { Verdict, inParallel, needModule, output, skip } from './lib/setup.mjs';
+import { members, readGltf } from './lib/gltf.mjs';
+
+const validator = await needModule('gltf-validator');
+const folder = path.join(output, 'baked');
+if (!fs.existsSync(path.join(folder, 'results.json')))
+    skip('nothing was baked (bake.mjs)');
+const { root, runs } = JSON.parse(fs.readFileSync(path.join(folder, 'results.json'), 'utf8'));
+
+// Why a file that the validator accepts may be refused: `applies(json)` is looked up in the file,
+// `says` in Cranny's line, so that no other fault hides behind a reason.
+const triangleModes = [4, 5, 6];
+function hasTriangles(json) {
+    return members(json, 'meshes').some((mesh) => (mesh.get('primitives') ?? []).some((primitive) =>
+        triangleModes.includes(primitive.get('mode') ?? 4) && primitive.get('attributes')?.has('POSITION')));
+}
+const known = ['KHR_draco_mesh_compression', 'EXT_meshopt_compression', 'KHR_mesh_quantization',
+    'KHR_texture_transform', 'EXT_mesh_gpu_instancing', 'KHR_materials_unlit', 'KHR_lights_punctual'];
+const reasons = [
+    { name: 'no triangles', says: /triangle/, applies: (json) => !hasTriangles(json) },
+    { name: 'unknown extension required', says: /extension/,
+      applies: (json) => members(json, 'extensionsRequired').some((name) => !known.includes(name)) },
+];
+
+function validate(file, resources) {
+    return validator.validateBytes(new Uint8Array(fs.readFileSync(file)), {
+        format: path.extname(file).slice(1),
+        maxIssues: 0,
+        writeTimestamp: false,
+        externalResourceFunction: async (uri) =>
+            new Uint8Array(await fs.promises.readFile(path.resolve(resources, decodeURIComponent(uri)))),
+    }).then((report) => report.issues.messages, (fault) => [{ code: 'UNREADABLE', severity: 0, message: String(fault) }]);
+}
+
+const errors = (messages) => messages.filter((message) => message.severity === 0);
+const grave = (messages) => messages.filter((message) => message.severity <= 1);
+
+// Meshes and materials that were appended are copies: what the validator says of them it may have
+// said of any original, so their index does not count.
+function place(message, input) {
+    const pointer = message.pointer ?? '';
+    const match = /^\/(meshes|materials)\/(\d+)(.*)$/.exec(pointer);
+    const isCopy = match && Number(match[2]) >= members(input, match[1]).length;
+    return { isCopy, key: `${message.code} ${pointer}`,
+             loose: match ? `${message.code} /${match[1]}/*${match[3]}` : null };
+}
+
+function newMessages(before, after, input) {
+    const places = before.map((message) => place(message, input));
+    const exact = new Set(places.map((p) => p.key)), loose = new Set(places.map((p) => p.loose));
+    return after.filter((message) => {
+        const p = place(message, input);
+        return !(p.isCopy ? loose.has(p.loose) : exact.has(p.key));
+    });
+}
+
+const verdict = new Verdict('validate');
+const inputReports = new Map();
+function inputReport(run) {
+    const file = path.join(root, run.file);
+    if (!inputReports.has(run.file))
+        inputReports.set(run.file, run.imported ? Promise.resolve([]) : validate(file, path.dirname(file)));
+    return inputReports.get(run.file);
+}
+
+async function judgeBaked(run) {
+    const resources = path.dirname(path.join(root, run.file));
+    const before = await inputReport(run);
+    const after = await validate(path.join(folder, run.baked), resources);
+    const input = run.imported ? { json: new Map() } : readGltf(path.join(root, run.file));
+    const added = newMessages(grave(before), grave(after), input);
+    verdict.check(added.length === 0, `${run.file} (--to ${run.mode}): ${added.length} new: ` +
+        added.slice(0, 3).map((m) => `${m.code} ${m.pointer ?? ''} ${m.message}`).join('; '));
+    return errors(before).length ? 'baked, though the validator finds faults' : 'baked';
+}
+
+async function judgeRefused(run) {
+    const found = errors(await inputReport(run));
+    if (found.length)
+        return verdict.check(true) && 'refused, faulty by the validator';
+    let input = null;
+    if (!run.imported)
+        input = readGltf(path.join(root, run.file));
+    const reason = input && reasons.find((r) => r.says.test(run.stderr) && r.applies(input));
+    verdict.check(reason, `${run.file} is refused, but the validator accepts it: ${run.stderr.trim()}`);
+    return reason ? `refused: ${reason.name}` : 'refused without reason';
+}
+
+const outcomes = await inParallel(runs, 2, async (run) => {
+    if (run.status === 0)
+        return judgeBaked(run);
+    return run.status === 3 ? judgeRefused(run) : 'failed (see bake.mjs)';
+});
+
+verdict.check(runs.length > 0, 'nothing was run');
+
+// The judgement itself: an error at a new place is seen, the same on a copied mesh is not.
+const two = { json: new Map([['meshes', [new Map(), new Map()]]]) };
+const at = (pointer) => ({ code: 'X', severity: 0, pointer });
+verdict.check(newMessages([at('/meshes/0/a')], [at('/meshes/1/a')], two).length === 1, 'a new error is not seen');
+verdict.check(newMessages([at('/meshes/0/a')], [at('/meshes/2/a')], two).length === 0, 'a copied error counts');
+verdict.check(newMessages([], [at('/meshes/2/a')], two).length === 1, 'an error of a copy is not seen');
+
+const counts = new Map();
+runs.forEach((run, i) => {
+    const row = counts.get(outcomes[i]) ?? {};
+    row[run.mode] = (row[run.mode] ?? 0) + 1;
+    counts.set(outcomes[i], row);
+});
+console.table(Object.fromEntries([...counts].sort()));
+verdict.end();
