@@ -1,1 +1,98 @@
-int main(void){return 0;}
+/* cranny: the command. */
+#include "commands.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+struct command {
+    const char *name;
+    int (*run)(int argc, char **argv);
+    const char *usage, *help;
+};
+
+static const struct command commands[] = {
+    {"bake", command_bake, "bake  SCENE [-o OUT]", "ambient obscurance onto the scene's vertices"},
+    {"info", command_info, "info  SCENE", "what is in the scene"},
+    {"check", command_check, "check SCENE", "what is wrong with it, and what to pass for its size"},
+};
+enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
+
+static int print_help(void)
+{
+    struct ui ui = {0};
+    printf("Cranny %s: ambient obscurance for 3D scenes\n\n", cranny_version());
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        printf("  cranny %-22s %s\n", commands[i].usage, commands[i].help);
+    printf("\n'cranny COMMAND --help' lists a command's options and shows examples.\n"
+           "Scenes: glTF 2.0 (.glb, .gltf), kept whole; OBJ, PLY, STL, FBX, DAE and others are "
+           "read\nand come out as .glb.\n\n"
+           "Exit status: 0 done, 1 failed while running, 2 wrong usage, 3 bad input, "
+           "130 interrupted\n\n"
+           "Start here:\n"
+           "  cranny check level.glb          is the file sound, and is its unit the metre?\n"
+           "  cranny bake level.glb           writes level-ao.glb, which any viewer shows\n"
+           "  cranny bake level.glb --preview level.png\n");
+    return ui_finish_output(&ui);
+}
+
+static int print_version(void)
+{
+    struct ui ui = {0};
+    printf("cranny %s\n", cranny_version());
+    return ui_finish_output(&ui);
+}
+
+static int refuse_command(const char *word)
+{
+    const char *names[COMMAND_COUNT];
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        names[i] = commands[i].name;
+    const char *near = nearest_name(word, names, COMMAND_COUNT);
+    if (word[0] == '-')
+        fprintf(stderr, "cranny: unknown option '%s' before a command; see 'cranny --help'\n",
+                word);
+    else if (near)
+        fprintf(stderr, "cranny: unknown command '%s'; did you mean '%s'?\n", word, near);
+    else if (access(word, F_OK) == 0)
+        fprintf(stderr, "cranny: '%s' is no command; did you mean 'cranny bake %s'?\n", word, word);
+    else
+        fprintf(stderr, "cranny: unknown command '%s'; see 'cranny --help'\n", word);
+    return exit_status(CRANNY_USAGE);
+}
+
+/* For docs/parameters.md, which a test compares with this text. */
+static int print_parameters(void)
+{
+    struct ui ui = {0};
+    printf(
+        "# Parameters\n\n"
+        "Made from the parameter table by `cranny --dump-parameters`; do not edit.\n"
+        "Each is an option of the command (`distance_long` is `--distance-long`), a member of a\n"
+        "preset file, and a field of the library's parameter struct. A default of `nan` means\n"
+        "\"chosen from the scene\" and is `null` in a preset.\n\n"
+        "## bake\n\n");
+    options_markdown(cranny_bake_param_table(), stdout);
+    return ui_finish_output(&ui);
+}
+
+int main(int argc, char **argv)
+{
+    ui_catch_signals();
+    const char *word = argc > 1 ? argv[1] : "";
+    if (argc < 2) {
+        fprintf(stderr, "cranny: no command given: bake, info or check; see 'cranny --help'\n");
+        return exit_status(CRANNY_USAGE);
+    }
+    if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0)
+        return print_help();
+    if (strcmp(word, "--version") == 0)
+        return print_version();
+    if (strcmp(word, "--dump-parameters") == 0)
+        return print_parameters();
+    for (int i = 0; i < COMMAND_COUNT; i++)
+        if (strcmp(word, commands[i].name) == 0)
+            return commands[i].run(argc - 2, argv + 2);
+    return refuse_command(word);
+}

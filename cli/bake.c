@@ -1,0 +1,370 @@
+#include "commands.h"
+#include "paths.h"
+
+#include <inttypes.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+struct bake_options {
+    const char *output;
+    int to;
+    bool raw, replace;
+    const char *ground; /* NULL: not given; "": at the lowest vertex */
+    const char *preview;
+    int preview_size[2];
+    int preview_camera;
+};
+
+struct job {
+    struct ui ui;
+    struct load_options load;
+    struct bake_options options;
+    struct cranny_bake_params params;
+    const char *input;
+    char *output; /* owned */
+    struct cranny_scene *scene;
+    struct cranny_bake *bake;
+    struct cranny_bake_report report;
+    double load_s, write_s, total_s;
+};
+
+static const char *const output_names[] = {"occlusion", "color", "attribute", NULL};
+
+static const struct option bake_rows[] = {
+    {.name = "output",
+     .letter = 'o',
+     .type = OPTION_TEXT,
+     .offset = offsetof(struct bake_options, output),
+     .value = "OUT",
+     .help = "file to write, .glb or .gltf (default: NAME-ao.glb beside SCENE, NAME-ao.gltf for a "
+             ".gltf); it may be SCENE itself"},
+    {.name = "to",
+     .type = OPTION_CHOICE,
+     .offset = offsetof(struct bake_options, to),
+     .choices = output_names,
+     .help = "where the values go: an occlusion texture through a new TEXCOORD_n (default; "
+             "dims ambient light only), multiplied into COLOR_0 (dims all light), or an _AO "
+             "attribute (for your own shader)"},
+    {.name = "raw",
+     .type = OPTION_FLAG,
+     .offset = offsetof(struct bake_options, raw),
+     .help = "with --to attribute: both distances, unblended, as VEC2 (long, short)"},
+    {.name = "replace",
+     .type = OPTION_FLAG,
+     .offset = offsetof(struct bake_options, replace),
+     .help = "with --to occlusion: displace occlusion textures that are already there"},
+    {.name = "ground",
+     .type = OPTION_OPTIONAL,
+     .offset = offsetof(struct bake_options, ground),
+     .value = "HEIGHT",
+     .help = "add an occluding plane, which is not written, under everything or at y = HEIGHT "
+             "metres"},
+    {.name = "preview",
+     .type = OPTION_TEXT,
+     .offset = offsetof(struct bake_options, preview),
+     .value = "OUT.png",
+     .help = "also write a picture of the baked values"},
+    {.name = "preview-size",
+     .type = OPTION_SIZE,
+     .offset = offsetof(struct bake_options, preview_size),
+     .value = "WxH",
+     .minimum = 1,
+     .maximum = 16384,
+     .help = "its size in pixels (default 1280x720)"},
+    {.name = "preview-camera",
+     .type = OPTION_INT,
+     .offset = offsetof(struct bake_options, preview_camera),
+     .value = "N",
+     .maximum = INT_MAX,
+     .help = "which of the file's cameras, from 0 (default: the first, else a fitting view)"},
+};
+
+static const char summary[] =
+    "Gives back the scene with ambient obscurance on its vertices. Everything else in a glTF file\n"
+    "stays as it was; other formats come out as .glb. Distances are metres: 'cranny check SCENE'\n"
+    "tells when the file's unit is another. The output appears whole or not at all.";
+
+static const char examples[] =
+    "  cranny bake level.glb                            writes level-ao.glb\n"
+    "  cranny bake level.glb --preview level.png        and a picture to look at\n"
+    "  cranny bake car.obj -o car.glb --ground          an object, standing on something\n"
+    "  cranny bake room.glb --to color --rays 64        for viewers without occlusion textures\n"
+    "  cranny bake map.gltf --to attribute --raw        both distances, for your own shader\n"
+    "  cranny bake part.glb --distance-long 0.3 --distance-short 0.002      a small thing\n"
+    "  cranny bake level.glb --json | jq .seconds\n"
+    "  cranny bake a.glb --json | jq .parameters > p.json; cranny bake b.glb --preset p.json\n";
+
+static json_t *number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+/* As a preset file would hold it, so that `.parameters` of a result can be one. */
+static json_t *parameter_json(const struct cranny_param *row,
+                              const struct cranny_bake_params *params)
+{
+    char text[64];
+    cranny_params_get(cranny_bake_param_table(), params, row->name, text, sizeof text);
+    switch (row->type) {
+    case CRANNY_PARAM_FLOAT:
+        return number(strtod(text, NULL));
+    case CRANNY_PARAM_INT:
+        return json_integer(atoll(text));
+    case CRANNY_PARAM_BOOL:
+        return json_boolean(strcmp(text, "true") == 0);
+    case CRANNY_PARAM_ENUM:
+        return json_string(text);
+    }
+    return json_null();
+}
+
+static json_t *parameters_json(const struct cranny_bake_params *params)
+{
+    const struct cranny_param_table *table = cranny_bake_param_table();
+    json_t *object = json_object();
+    for (size_t i = 0; i < table->row_count; i++)
+        json_object_set_new(object, table->rows[i].name, parameter_json(&table->rows[i], params));
+    return object;
+}
+
+static uint64_t peak_bytes(void)
+{
+    struct rusage usage;
+    return getrusage(RUSAGE_SELF, &usage) == 0 ? (uint64_t)usage.ru_maxrss * 1024 : 0;
+}
+
+static json_t *seconds_json(const struct job *job)
+{
+    const struct cranny_bake_report *r = &job->report;
+    return json_pack("{so so so so so so so}", "load", number(job->load_s), "bvh",
+                     number(r->seconds_bvh), "sample", number(r->seconds_sample), "trace",
+                     number(r->seconds_trace), "solve", number(r->seconds_solve), "write",
+                     number(job->write_s), "total", number(job->total_s));
+}
+
+static json_t *result_json(const struct job *job)
+{
+    const struct cranny_bake_report *r = &job->report;
+    json_t *object = json_pack(
+        "{so so sI sI sI sI sI sI sI sI sI so so so so}", "input", json_text(job->input), "output",
+        json_text(job->output), "meshes", (json_int_t)r->meshes, "instances",
+        (json_int_t)r->instances, "vertices", (json_int_t)r->vertices, "triangles",
+        (json_int_t)r->triangles, "samples", (json_int_t)r->samples, "invalid_samples",
+        (json_int_t)r->invalid_samples, "rays", (json_int_t)r->rays, "unsampled_vertices",
+        (json_int_t)r->unsampled_vertices, "lost_components", (json_int_t)r->lost_components,
+        "mrays_per_s", number(r->mrays_per_s), "fit_rms", number(r->fit_rms), "solver_iterations",
+        number(r->solver_iterations_max), "seconds", seconds_json(job));
+    json_object_set_new(object, "bytes",
+                        json_pack("{sI sI sI sI}", "bvh", (json_int_t)r->bytes_bvh, "samples",
+                                  (json_int_t)r->bytes_samples, "solve", (json_int_t)r->bytes_solve,
+                                  "peak", (json_int_t)peak_bytes()));
+    json_object_set_new(object, "to", json_string(output_names[job->options.to]));
+    json_object_set_new(object, "parameters", parameters_json(&job->params));
+    json_object_set_new(object, "warnings",
+                        job->ui.warnings ? json_copy(job->ui.warnings) : json_array());
+    return object;
+}
+
+static void print_result(const struct job *job)
+{
+    const struct cranny_bake_report *r = &job->report;
+    char vertices[32], triangles[32], samples[32], rays[32];
+    printf("%s: %s vertices, %s triangles; %s samples, %s rays at %.1f Mrays/s; %.2f s\n",
+           job->output, short_count((double)r->vertices, vertices),
+           short_count((double)r->triangles, triangles), short_count((double)r->samples, samples),
+           short_count((double)r->rays, rays), r->mrays_per_s, job->total_s);
+    if (!job->ui.verbose)
+        return;
+    fprintf(stderr,
+            "cranny: seconds: load %.3f, bvh %.3f, sample %.3f, trace %.3f, solve %.3f, write "
+            "%.3f\n"
+            "cranny: %" PRIu64 " buried samples dropped; fit rms %.4f; %" PRIu64
+            " vertices extrapolated; peak %.0f MiB\n",
+            job->load_s, r->seconds_bvh, r->seconds_sample, r->seconds_trace, r->seconds_solve,
+            job->write_s, r->invalid_samples, r->fit_rms, r->unsampled_vertices,
+            (double)peak_bytes() / 1048576);
+}
+
+static enum cranny_status check_extension(const char *path, const char *const *allowed,
+                                          const char *option, struct cranny_error *why)
+{
+    char extension[9];
+    path_extension(path, extension);
+    for (size_t i = 0; allowed[i]; i++)
+        if (strcmp(extension, allowed[i]) == 0)
+            return CRANNY_OK;
+    return refuse(why, CRANNY_USAGE, "%.900s: %s takes a name that ends in %s%s%s", path, option,
+                  allowed[0], allowed[1] ? " or " : "", allowed[1] ? allowed[1] : "");
+}
+
+static enum cranny_status apply_ground(struct job *job, struct cranny_error *why)
+{
+    const char *height = job->options.ground;
+    if (!height)
+        return CRANNY_OK;
+    job->params.ground = true;
+    if (!*height)
+        return CRANNY_OK;
+    struct cranny_error inner;
+    if (cranny_params_set(cranny_bake_param_table(), &job->params, "ground_height", height,
+                          &inner) == CRANNY_OK)
+        return CRANNY_OK;
+    return refuse(why, CRANNY_USAGE, "--ground: %.900s", inner.message);
+}
+
+/* What can be refused before anything is read. */
+static enum cranny_status check_options(struct job *job, struct cranny_error *why)
+{
+    static const char *const scenes[] = {".glb", ".gltf", NULL}, *const pictures[] = {".png", NULL};
+    const struct bake_options *options = &job->options;
+    if (options->raw && options->to != CRANNY_OUTPUT_ATTRIBUTE)
+        return refuse(why, CRANNY_USAGE, "--raw goes with --to attribute only");
+    if (options->replace && options->to != CRANNY_OUTPUT_OCCLUSION)
+        return refuse(why, CRANNY_USAGE, "--replace goes with --to occlusion only");
+    enum cranny_status status = apply_ground(job, why);
+    if (status != CRANNY_OK)
+        return status;
+    job->output = options->output ? strdup(options->output) : path_default_output(job->input);
+    if (!job->output)
+        return refuse(why, CRANNY_MEMORY, "out of memory for the output's name");
+    status = check_extension(job->output, scenes, "-o", why);
+    if (status == CRANNY_OK && options->preview)
+        status = check_extension(options->preview, pictures, "--preview", why);
+    return status;
+}
+
+static enum cranny_status check_outputs(const struct job *job, struct cranny_error *why)
+{
+    /* Without an input there is more to say than that the folder beside it is missing, too. */
+    if (access(job->input, F_OK) != 0)
+        return CRANNY_OK;
+    enum cranny_status status = path_check_output(job->output, why);
+    if (status == CRANNY_OK && job->options.preview)
+        status = path_check_output(job->options.preview, why);
+    return status;
+}
+
+static enum cranny_status read_scene(struct job *job, struct cranny_error *why)
+{
+    double begin_s = clock_s();
+    enum cranny_status status = load_scene(&job->ui, job->input, &job->load, &job->scene, why);
+    job->load_s = clock_s() - begin_s;
+    if (status != CRANNY_OK)
+        return status;
+    uint32_t cameras = cranny_scene_camera_count(job->scene);
+    if (job->options.preview_camera >= 0 && (uint32_t)job->options.preview_camera >= cameras)
+        return refuse(why, CRANNY_USAGE, "--preview-camera: %.800s has %" PRIu32 " cameras",
+                      job->input, cameras);
+    return CRANNY_OK;
+}
+
+static enum cranny_status write_scene(struct job *job, struct cranny_error *why)
+{
+    if (ui_interrupted())
+        return refuse(why, CRANNY_CANCELLED, "interrupted");
+    struct cranny_save_params save = cranny_save_params_default();
+    save.to = (enum cranny_output)job->options.to;
+    save.raw = job->options.raw;
+    save.replace = job->options.replace;
+    save.hooks = &job->ui.hooks;
+    double begin_s = clock_s();
+    enum cranny_status status = cranny_scene_save(job->scene, job->bake, job->output, &save, why);
+    job->write_s = clock_s() - begin_s;
+    return status;
+}
+
+static enum cranny_status write_preview(const struct job *job, struct cranny_error *why)
+{
+    if (!job->options.preview)
+        return CRANNY_OK;
+    size_t width = (size_t)job->options.preview_size[0];
+    size_t height = (size_t)job->options.preview_size[1];
+    uint8_t *pixels = calloc(width * height, 3);
+    if (!pixels)
+        return refuse(why, CRANNY_MEMORY, "--preview-size: %zux%zu does not fit in memory", width,
+                      height);
+    enum cranny_status status = cranny_preview_render(
+        job->scene, job->bake, job->options.preview_camera, (int)width, (int)height, pixels, why);
+    if (status == CRANNY_OK)
+        status = cranny_png_write(job->options.preview, (int)width, (int)height, 3, pixels,
+                                  3 * width, why);
+    free(pixels);
+    return status;
+}
+
+static enum cranny_status run(struct job *job, struct cranny_error *why)
+{
+    double begin_s = clock_s();
+    enum cranny_status status = check_outputs(job, why);
+    if (status == CRANNY_OK)
+        status = read_scene(job, why);
+    if (status == CRANNY_OK) {
+        job->params.hooks = &job->ui.hooks;
+        job->ui.rays_per_sample = job->params.adaptive ? 0 : job->params.rays;
+        status = cranny_bake_create(job->scene, &job->params, &job->bake, why);
+    }
+    if (status == CRANNY_OK) {
+        cranny_bake_get_report(job->bake, &job->report);
+        status = write_scene(job, why);
+    }
+    if (status == CRANNY_OK)
+        status = write_preview(job, why);
+    job->total_s = clock_s() - begin_s;
+    return status;
+}
+
+static int finish(struct job *job, enum cranny_status status, const struct cranny_error *why)
+{
+    if (status != CRANNY_OK)
+        return ui_fail(&job->ui, why);
+    ui_erase(&job->ui);
+    if (job->ui.json)
+        return ui_print_json(&job->ui, result_json(job));
+    if (!job->ui.quiet)
+        print_result(job);
+    return ui_finish_output(&job->ui);
+}
+
+int command_bake(int argc, char **argv)
+{
+    struct job job = {
+        .load = load_options_default(),
+        .params = cranny_bake_params_default(),
+        .options = {.preview_size = {1280, 720}, .preview_camera = -1},
+    };
+    struct option_group groups[] = {
+        {"Output", bake_rows, sizeof bake_rows / sizeof *bake_rows, &job.options},
+        load_options,
+        ui_options};
+    groups[1].target = &job.load;
+    groups[2].target = &job.ui;
+    struct interface face = {
+        .command = "bake",
+        .usage = "SCENE [-o OUT] [OPTION...]",
+        .summary = summary,
+        .examples = examples,
+        .groups = groups,
+        .group_count = sizeof groups / sizeof *groups,
+        .table = cranny_bake_param_table(),
+        .params = &job.params,
+        .operands = &job.input,
+        .operand_limit = 1,
+    };
+    int exit = begin_command(&face, &job.ui, argc, argv);
+    if (exit < 0) {
+        struct cranny_error why;
+        enum cranny_status status = check_options(&job, &why);
+        if (status == CRANNY_OK)
+            status = run(&job, &why);
+        exit = finish(&job, status, &why);
+    }
+    cranny_bake_destroy(&job.bake);
+    cranny_scene_destroy(&job.scene);
+    free(job.output);
+    ui_end(&job.ui);
+    return exit;
+}

@@ -1,0 +1,70 @@
+/* Command-line options as tables: parsing, help texts and hints all come from the same rows. */
+#ifndef CLI_OPTIONS_H
+#define CLI_OPTIONS_H
+
+#include <cranny/base.h>
+#include <stdio.h>
+
+enum option_type {
+    OPTION_FLAG,     /* field is bool */
+    OPTION_TEXT,     /* field is const char * */
+    OPTION_OPTIONAL, /* field is const char *; "" when the option came without =VALUE */
+    OPTION_INT,      /* field is int */
+    OPTION_CHOICE,   /* field is int; `choices` names its values from 0 on */
+    OPTION_BYTES,    /* field is uint64_t; takes K, M, G, T (powers of 1024) */
+    OPTION_SIZE,     /* field is int[2]; WIDTHxHEIGHT */
+};
+
+struct option {
+    const char *name; /* without the dashes */
+    char letter;      /* 0: none */
+    enum option_type type;
+    size_t offset;     /* of the field in the group's target */
+    const char *value; /* its name in the help; NULL for flags and choices */
+    int minimum, maximum;
+    const char *const *choices;
+    const char *help; /* one sentence, lower case first letter, no full stop */
+};
+
+struct option_group {
+    const char *title;
+    const struct option *rows;
+    size_t row_count;
+    void *target;
+};
+
+/* A command's whole interface. Each row of `table` is an option too (--rays N, --no-adaptive), and
+ * with it come --set NAME=VALUE and --preset FILE. */
+struct interface {
+    const char *command; /* "bake" */
+    const char *usage;   /* "SCENE [-o OUT]" */
+    const char *summary; /* paragraphs of the help; newlines are kept */
+    const char *examples;
+    const struct option_group *groups;
+    size_t group_count;
+    const struct cranny_param_table *table; /* NULL: none */
+    void *params;                           /* set to the defaults by the caller */
+    const char **operands;
+    size_t operand_limit;
+    size_t operand_count; /* filled by options_parse */
+};
+
+/* Read the arguments after the command's name. Preset files are applied first, then everything else
+ * in its order. CRANNY_USAGE with one line that hints at the nearest option; CRANNY_INPUT for a
+ * preset file that cannot be read. */
+enum cranny_status options_parse(struct interface *face, int argc, char **argv,
+                                 struct cranny_error *why);
+
+void options_help(const struct interface *face, FILE *out);
+
+/* docs/parameters.md's table for the rows of `table`. */
+void options_markdown(const struct cranny_param_table *table, FILE *out);
+
+/* The nearest of `names` to a mistyped word; NULL when none is near. */
+const char *nearest_name(const char *word, const char *const *names, size_t count);
+
+/* Fill `why` and return `status`. */
+enum cranny_status refuse(struct cranny_error *why, enum cranny_status status, const char *format,
+                          ...) __attribute__((format(printf, 3, 4)));
+
+#endif

@@ -1,0 +1,83 @@
+#include "paths.h"
+
+#include "options.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+static const char *file_name(const char *path)
+{
+    const char *slash = strrchr(path, '/');
+    return slash ? slash + 1 : path;
+}
+
+void path_extension(const char *path, char extension[9])
+{
+    const char *name = file_name(path), *dot = strrchr(name, '.');
+    extension[0] = 0;
+    if (!dot || dot == name || strlen(dot) > 8)
+        return;
+    size_t i = 0;
+    for (; dot[i]; i++)
+        extension[i] = (char)tolower((unsigned char)dot[i]);
+    extension[i] = 0;
+}
+
+char *path_default_output(const char *input)
+{
+    char extension[9];
+    path_extension(input, extension);
+    const char *ending = strcmp(extension, ".gltf") == 0 ? "-ao.gltf" : "-ao.glb";
+    const char *dot = strrchr(file_name(input), '.');
+    size_t stem = dot && dot != file_name(input) ? (size_t)(dot - input) : strlen(input);
+    char *output = malloc(stem + strlen(ending) + 1);
+    if (output) {
+        memcpy(output, input, stem);
+        strcpy(output + stem, ending);
+    }
+    return output;
+}
+
+/* Only creating a file tells: rights, read-only mounts and quotas all have their say. */
+static enum cranny_status probe_folder(const char *path, size_t folder_length,
+                                       struct cranny_error *why)
+{
+    static const char name[] = ".cranny-probe-XXXXXX";
+    char *probe = malloc(folder_length + sizeof name);
+    if (!probe)
+        return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", path);
+    memcpy(probe, path, folder_length);
+    memcpy(probe + folder_length, name, sizeof name);
+    int file = mkstemp(probe);
+    int problem = errno;
+    if (file >= 0) {
+        close(file);
+        unlink(probe);
+    }
+    free(probe);
+    if (file >= 0)
+        return CRANNY_OK;
+    return refuse(why, CRANNY_FAILED,
+                  "%.900s: the folder takes no new file: %s; choose another with -o", path,
+                  strerror(problem));
+}
+
+enum cranny_status path_check_output(const char *path, struct cranny_error *why)
+{
+    struct stat info;
+    if (stat(path, &info) == 0 && S_ISDIR(info.st_mode))
+        return refuse(why, CRANNY_FAILED, "%.900s: is a folder; name a file in it", path);
+    size_t folder_length = (size_t)(file_name(path) - path);
+    char *folder = folder_length ? strndup(path, folder_length) : strdup(".");
+    if (!folder)
+        return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", path);
+    bool is_folder = stat(folder, &info) == 0 && S_ISDIR(info.st_mode);
+    free(folder);
+    if (!is_folder)
+        return refuse(why, CRANNY_FAILED, "%.900s: its folder does not exist; make it first", path);
+    return probe_folder(path, folder_length, why);
+}

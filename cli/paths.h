@@ -1,0 +1,17 @@
+/* Output paths: the default beside the input, and whether writing there can work. */
+#ifndef CLI_PATHS_H
+#define CLI_PATHS_H
+
+#include <cranny/base.h>
+
+/* The file's extension with its dot, lower case, at most 7 letters; "" when it has none. */
+void path_extension(const char *path, char extension[9]);
+
+/* NAME-ao.gltf beside a .gltf, NAME-ao.glb beside anything else. Malloced; NULL without memory. */
+char *path_default_output(const char *input);
+
+/* CRANNY_FAILED when `path` cannot become a file: its folder is missing, is no folder, or does not
+ * take new files. Asked before the work begins, so that nobody waits for nothing. */
+enum cranny_status path_check_output(const char *path, struct cranny_error *why);
+
+#endif

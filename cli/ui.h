@@ -1,0 +1,53 @@
+/* What every command shares: common options, messages, progress, interruption, JSON on stdout. */
+#ifndef CLI_UI_H
+#define CLI_UI_H
+
+#include "options.h"
+
+#include <jansson.h>
+
+struct ui {
+    bool json, quiet, verbose, help;
+    struct cranny_hooks hooks; /* user is this struct */
+    json_t *warnings;          /* every warning so far, NULL until there is one */
+    bool draws;                /* stderr is a terminal that can erase a line */
+    bool drawn;                /* a progress line is on the screen */
+    const char *stage;
+    double stage_begin_s, drawn_s;
+    double rays_per_sample; /* of the stage "trace", which counts samples; 0: not known */
+};
+
+/* The options of struct ui. */
+extern const struct option_group ui_options;
+
+/* After the options are read. */
+void ui_begin(struct ui *ui);
+void ui_end(struct ui *ui);
+
+/* Ctrl-C or a termination signal came; a second one kills. */
+bool ui_interrupted(void);
+void ui_catch_signals(void);
+
+/* Erase the progress line, as before any other output. */
+void ui_erase(struct ui *ui);
+
+void ui_warn(struct ui *ui, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Print the error's line, return the exit status that belongs to it. */
+int ui_fail(struct ui *ui, const struct cranny_error *why);
+int exit_status(enum cranny_status status);
+
+/* A JSON string of any bytes: what is not UTF-8 becomes '?'. */
+json_t *json_text(const char *text);
+
+/* Print one JSON object on stdout (taking the reference), or report why that failed. */
+int ui_print_json(struct ui *ui, json_t *object);
+
+/* Flush stdout; 1 with a message when it could not be written. */
+int ui_finish_output(struct ui *ui);
+
+/* "1.5 M", "12.3 k" into `text`, which is returned. */
+const char *short_count(double count, char text[32]);
+double clock_s(void);
+
+#endif
