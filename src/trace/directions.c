@@ -27,37 +27,91 @@ static double spiral_turns(int ring)
     return fraction(ring * GOLDEN_RATIO_FRACTION);
 }
 
-/* Which rings the spread subset takes: one of every `stride`, moving along within them, since equal
- * steps of the golden angle by 2, 3 or 5 would leave spokes. */
-static bool in_subset(int ring, int stride)
+/* The two steps, in rings and turns, that span the spiral's cell: Fibonacci numbers of rings, since
+ * these come back nearest to the same angle. Which two are the shortest depends on the radius; 1.4
+ * √count fits its middle. */
+static void spiral_cell(struct directions *d)
 {
-    return ring % stride == ring / stride * 2 % stride;
+    int steps[2] = {1, 1};
+    while (steps[1] < 1.4 * sqrt((double)d->count)) {
+        const int next = steps[0] + steps[1];
+        steps[0] = steps[1];
+        steps[1] = next;
+    }
+    for (int k = 0; k < 2; k++) {
+        const double turn = steps[k] * GOLDEN_RATIO_FRACTION;
+        d->cell[k][0] = steps[k];
+        d->cell[k][1] = turn - floor(turn + 0.5);
+    }
+}
+
+static void disc_point(double ring, double count, double turns, float point[2])
+{
+    turn_vector(fraction(turns), &point[0], &point[1]);
+    const float radius = sqrtf((float)((ring + 0.5) / count));
+    point[0] *= radius;
+    point[1] *= radius;
+}
+
+/* Mark `first` rings that cover the disc by themselves: one from every run of rings, so that no
+ * radius is left out, and of each run the one farthest from those taken. Equal steps through the
+ * spiral would leave spokes. */
+static void mark_subset(const struct directions *d, bool *early)
+{
+    enum { MEMORY = 48 }; /* taken before these: rings too far inside to matter */
+    float taken[MEMORY][2];
+    for (int j = 0; j < d->first; j++) {
+        const int run = (int)((int64_t)j * d->count / d->first);
+        const int end = (int)((int64_t)(j + 1) * d->count / d->first);
+        float farthest = -1, point[2] = {0, 0};
+        int best = run;
+        for (int i = run; i < end; i++) {
+            float p[2], nearest = 4;
+            disc_point(i, d->count, spiral_turns(i), p);
+            for (int k = 0; k < min_int(j, MEMORY); k++) {
+                const float x = p[0] - taken[k][0], y = p[1] - taken[k][1];
+                nearest = fminf(nearest, x * x + y * y);
+            }
+            if (nearest > farthest) {
+                farthest = nearest;
+                best = i;
+                memcpy(point, p, sizeof point);
+            }
+        }
+        early[best] = true;
+        memcpy(taken[j % MEMORY], point, sizeof point);
+    }
 }
 
 static bool spiral_create(struct directions *d)
 {
     struct spiral_ray *rays = alloc_array((size_t)d->count, sizeof *rays);
-    if (!rays)
+    bool *early = alloc_array((size_t)d->count, sizeof *early);
+    if (!rays || !early) {
+        free(rays);
+        free(early);
         return false;
-    const int stride = d->first < d->count ? d->count / d->first : 1;
-    int taken = 0;
-    for (int i = 0; i < d->count; i++) {
-        float x, y;
-        turn_vector(spiral_turns(i), &x, &y);
-        const float radius = sqrtf(((float)i + 0.5f) / (float)d->count);
-        const bool early = d->first == d->count || (taken < d->first && in_subset(i, stride));
-        taken += early;
-        rays[i].ring = i;
-        rays[i].key = (uint64_t)!early << 32 | spread_bits((uint32_t)((x * radius + 1) * 32767)) |
-                      spread_bits((uint32_t)((y * radius + 1) * 32767)) << 1;
     }
-    d->first = taken;
+    spiral_cell(d);
+    if (d->first < d->count)
+        mark_subset(d, early);
+    d->first = 0;
+    for (int i = 0; i < d->count; i++) {
+        float p[2];
+        disc_point(i, d->count, spiral_turns(i), p);
+        rays[i].ring = i;
+        rays[i].key = (uint64_t)!early[i] << 32 | spread_bits((uint32_t)((p[0] + 1) * 32767)) |
+                      spread_bits((uint32_t)((p[1] + 1) * 32767)) << 1;
+        d->first += early[i];
+    }
+    d->first = d->first ? d->first : d->count;
     qsort(rays, (size_t)d->count, sizeof *rays, compare_rays);
     for (int i = 0; i < d->count; i++) {
         turn_vector(spiral_turns(rays[i].ring), &d->cosines[i], &d->sines[i]);
         d->rings[i] = (float)rays[i].ring;
     }
     free(rays);
+    free(early);
     return true;
 }
 
@@ -122,12 +176,15 @@ struct direction_frame direction_frame(const struct directions *directions,
     tangents(point->normal, frame.tangent, frame.bitangent);
     if (directions->sampler != CRANNY_SAMPLER_SPIRAL)
         return frame;
-    /* Turn and phase of successive points are themselves a low-discrepancy set. */
+    /* The spiral is a lattice in (ring, turn); successive points' shifts spread evenly over its
+     * cell, so that the rays of neighbours interleave. */
     double place[2];
     r2_point(point->id, directions->shift, place);
+    const double ring = place[0] * directions->cell[0][0] + place[1] * directions->cell[1][0];
+    const double turn = place[0] * directions->cell[0][1] + place[1] * directions->cell[1][1];
     float c, s;
-    turn_vector(place[0], &c, &s);
-    frame.phase = (float)place[1];
+    turn_vector(fraction(turn - floor(ring) * GOLDEN_RATIO_FRACTION + (double)(1 << 20)), &c, &s);
+    frame.phase = (float)fraction(ring);
     for (int k = 0; k < 3; k++) {
         const float t = frame.tangent[k], b = frame.bitangent[k];
         frame.tangent[k] = c * t + s * b;

@@ -9,7 +9,8 @@ struct directions {
     enum cranny_sampler sampler;
     int count, first; /* rays in all; the first of them cover the hemisphere by themselves */
     uint32_t seed;
-    double shift[2];                /* from the seed, of the spiral's turn and phase */
+    double shift[2];                /* from the seed, of the spiral's place in its cell */
+    double cell[2][2];              /* spiral: rings and turns of its two shortest steps */
     float *cosines, *sines, *rings; /* spiral: of ray i's angle, and its number along the radius */
     uint32_t *sobol[2];             /* unscrambled */
 };
