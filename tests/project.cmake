@@ -16,7 +16,8 @@ foreach(function malloc calloc realloc aligned_alloc strdup free)
     target_link_options(test_alloc PRIVATE LINKER:--wrap=${function})
 endforeach()
 add_test(NAME alloc COMMAND test_alloc ${seeds}/indexed.glb ${seeds}/masked.glb ${seeds}/modes.gltf
-    ${seeds}/sparse.gltf ${seeds}/skin_morph.gltf ${seeds}/instancing.gltf)
+    ${seeds}/sparse.gltf ${seeds}/skin_morph.gltf ${seeds}/instancing.gltf
+    ${seeds}/meshopt.gltf ${seeds}/draco.gltf)
 set_tests_properties(alloc PROPERTIES TIMEOUT 120 SKIP_RETURN_CODE 77)
 
 # tests/web: needs node and `npm ci` in that folder, else the tests say why they were skipped.

@@ -87,8 +87,8 @@ function render(world, camera, size) {
     return pixels;
 }
 
-function sun() {
-    const light = new THREE.DirectionalLight(0xffffff, 2.5);
+function sun(strength = 2.5) {
+    const light = new THREE.DirectionalLight(0xffffff, strength);
     light.position.set(0.4, 1, 0.7);
     return light;
 }
@@ -123,7 +123,7 @@ function cameraFor(view, size) {
 function viewOf(world) {
     const box = new THREE.Box3().setFromObject(world);
     const centre = box.getCenter(new THREE.Vector3()), radius = box.getSize(new THREE.Vector3()).length() / 2;
-    const eye = centre.clone().add(new THREE.Vector3(0.5, 0.45, 0.9).normalize().multiplyScalar(2 * radius));
+    const eye = centre.clone().add(new THREE.Vector3(0.5, 0.45, 0.9).normalize().multiplyScalar(1.5 * radius));
     return { eye: eye.toArray(), at: centre.toArray(), near: radius / 100, far: radius * 10 };
 }
 
@@ -180,12 +180,12 @@ window.measure = async ({ before, after, view, points, size, replace }) => {
         eachMaterial(worlds.before, (material) => { material.aoMap = null; });
     const camera = cameraFor(view ?? viewOf(worlds.before), size);
     const shoot = (world, ...lights) => render(withLights(world, lights), camera, size);
-    const ambient = () => new THREE.AmbientLight(0xffffff, 2.5);
+    const ambient = (strength = 2.5) => new THREE.AmbientLight(0xffffff, strength);
     const images = {};
     for (const [name, world] of Object.entries(worlds)) {
         images[`${name}-ambient`] = shoot(world, ambient());
         images[`${name}-sun`] = shoot(world, sun());
-        images[`${name}-both`] = shoot(world, ambient(), sun());
+        images[`${name}-both`] = shoot(world, ambient(1.5), sun(1.4));
     }
     const expected = render(expectation(worlds.after), camera, size);
     const pairs = compareAmbient(images['before-ambient'], images['after-ambient'], expected);
