@@ -24,6 +24,7 @@ struct document {
     bool in_memory;     /* never read outside files */
     bool allow_outside;
     bool imported;      /* made from another format: is written as a new .glb */
+    int indent;         /* of the input's JSON text, 0: compact; .gltf output keeps it */
     uint8_t *file;      /* the whole input file (GLB); owned */
     size_t file_size;
     const uint8_t *chunk; /* BIN chunk within `file`, NULL when there is none */
@@ -69,6 +70,8 @@ struct document_edit {
     uint64_t base;       /* byte offset in that buffer where appended bytes begin, multiple of 16 */
     uint8_t *bytes;      /* appended so far */
     size_t size, capacity;
+    size_t views; /* bufferViews of the document itself; later ones are appended */
+    const struct cranny_hooks *hooks; /* for warnings while saving; may be NULL */
 };
 enum cranny_status document_edit_begin(const struct document *document, struct document_edit *edit,
                                        struct cranny_error *why);
