@@ -105,6 +105,21 @@ CRANNY_API enum cranny_status cranny_preview_render(const struct cranny_scene *s
                                                     int width, int height, uint8_t *rgb,
                                                     struct cranny_error *why);
 
+/* The view that cranny_preview_render takes when the file has no camera: from the front, right and
+ * above, so that everything fits a picture of `aspect` (width over height); or, where the outside
+ * shows mostly back faces (a room), the longest look from a place within. */
+CRANNY_API enum cranny_status cranny_preview_default_view(const struct cranny_scene *scene,
+                                                          float aspect, struct cranny_camera *view,
+                                                          struct cranny_error *why);
+
+/* The same picture from a view of one's own; its `name` is not read. CRANNY_USAGE when its numbers
+ * make no picture. */
+CRANNY_API enum cranny_status cranny_preview_render_view(const struct cranny_scene *scene,
+                                                         const struct cranny_bake *bake,
+                                                         const struct cranny_camera *view, int width,
+                                                         int height, uint8_t *rgb,
+                                                         struct cranny_error *why);
+
 #ifdef __cplusplus
 }
 #endif

@@ -1,0 +1,285 @@
+/* A quick picture of baked values: one primary ray per sample, clay, hemispheric light. */
+#include "bake/preview.h"
+
+#include "scene/scene.h"
+
+#include <cranny/bake.h>
+
+#define GRID 2              /* rays per pixel, each way */
+#define BAND_RAYS (1 << 18) /* rays traced at once: bounds the memory of large pictures */
+
+/* World axes of a camera, with the extent of its picture at distance 1 (or anywhere: parallel). */
+struct lens {
+    double eye[3], right[3], up[3], forward[3];
+    double half_width, half_height, near_plane;
+    bool parallel;
+};
+
+static bool normalise(double v[3])
+{
+    double l = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    for (int i = 0; i < 3; i++)
+        v[i] /= l;
+    return l > 0 && isfinite(l);
+}
+
+static enum cranny_status make_lens(const struct cranny_camera *view, double aspect,
+                                    struct lens *lens, struct cranny_error *why)
+{
+    double half = view->orthographic ? view->half_height : tan(0.5 * view->fov_y);
+    bool good = half > 0 && isfinite(half) && (view->orthographic || view->fov_y < 3.14f);
+    for (int i = 0; i < 3; i++) {
+        lens->right[i] = view->world_from_view[4 * i];
+        lens->up[i] = view->world_from_view[4 * i + 1];
+        lens->forward[i] = -view->world_from_view[4 * i + 2];
+        lens->eye[i] = view->world_from_view[4 * i + 3];
+        good = good && isfinite(lens->eye[i]);
+    }
+    good = good && normalise(lens->right) && normalise(lens->up) && normalise(lens->forward);
+    if (!good)
+        return fail(why, CRANNY_USAGE,
+                    "preview: the camera has no extent or no direction; give another one");
+    lens->half_height = half;
+    lens->half_width = half * aspect;
+    lens->near_plane = view->near_plane > 0 ? view->near_plane : 0;
+    lens->parallel = view->orthographic;
+    return CRANNY_OK;
+}
+
+/* The ray through (x, y), both in [-1, 1], y upwards. */
+static void lens_ray(const struct lens *lens, double x, double y, float origin[3],
+                     float direction[3])
+{
+    double d[3], scale = 0;
+    for (int i = 0; i < 3; i++) {
+        double shift = x * lens->half_width * lens->right[i] + y * lens->half_height * lens->up[i];
+        d[i] = lens->forward[i] + (lens->parallel ? 0 : shift);
+        origin[i] = (float)(lens->eye[i] + (lens->parallel ? shift : 0) + lens->near_plane * d[i]);
+        scale += d[i] * d[i];
+    }
+    for (int i = 0; i < 3; i++)
+        direction[i] = (float)(d[i] / sqrt(scale));
+}
+
+static void sky(const float direction[3], float color[3])
+{
+    static const float zenith[3] = {0.30f, 0.48f, 0.78f}, horizon[3] = {0.80f, 0.87f, 0.94f};
+    float t = sqrtf(clamp_float(direction[1] * 1.4f + 0.1f, 0, 1));
+    for (int i = 0; i < 3; i++)
+        color[i] = horizon[i] + (zenith[i] - horizon[i]) * t;
+}
+
+static void cross_double(const double a[3], const double b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* In world space and on the viewer's side; the face's own where the mesh has no normals. */
+static void shading_normal(const struct cranny_instance *instance, const struct cranny_mesh *mesh,
+                           const struct cranny_hit *hit, const float direction[3], double n[3])
+{
+    const uint32_t *c = mesh->triangles[hit->triangle];
+    const double *m = instance->world_from_object;
+    double inverse[9], p[3][3], e[3], f[3];
+    float w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
+    if (mesh->normals && transform_inverse3(m, inverse)) {
+        float local[3];
+        for (int i = 0; i < 3; i++)
+            local[i] = w[0] * mesh->normals[c[0]][i] + w[1] * mesh->normals[c[1]][i] +
+                       w[2] * mesh->normals[c[2]][i];
+        for (int i = 0; i < 3; i++)
+            n[i] = inverse[i] * local[0] + inverse[3 + i] * local[1] + inverse[6 + i] * local[2];
+    } else {
+        for (int k = 0; k < 3; k++)
+            transform_point(m, mesh->positions[c[k]], p[k]);
+        for (int i = 0; i < 3; i++) {
+            e[i] = p[1][i] - p[0][i];
+            f[i] = p[2][i] - p[0][i];
+        }
+        cross_double(e, f, n);
+    }
+    if (!normalise(n))
+        n[0] = 0, n[1] = 1, n[2] = 0;
+    double facing = n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2];
+    for (int i = 0; facing > 0 && i < 3; i++)
+        n[i] = -n[i];
+}
+
+static float visibility_at(const struct cranny_bake *bake, const struct cranny_mesh *mesh,
+                           const struct cranny_hit *hit)
+{
+    const float *values =
+        bake ? cranny_bake_values(bake, hit->instance, CRANNY_CHANNEL_VISIBILITY) : NULL;
+    if (!values)
+        return 1;
+    const uint32_t *c = mesh->triangles[hit->triangle];
+    return (1 - hit->u - hit->v) * values[c[0]] + hit->u * values[c[1]] + hit->v * values[c[2]];
+}
+
+/* Linear colour of what a ray saw. */
+static void shade(const struct cranny_scene *scene, const struct cranny_bake *bake,
+                  const struct cranny_hit *hit, const float direction[3], float color[3])
+{
+    static const float above[3] = {0.72f, 0.72f, 0.72f}, below[3] = {0.46f, 0.43f, 0.40f};
+    if (hit->instance == UINT32_MAX) {
+        sky(direction, color);
+        return;
+    }
+    const struct cranny_instance *instance = cranny_scene_instance(scene, hit->instance);
+    const struct cranny_mesh *mesh = cranny_scene_mesh(scene, instance->mesh);
+    double n[3];
+    shading_normal(instance, mesh, hit, direction, n);
+    double facing = -(n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
+    float level = visibility_at(bake, mesh, hit) * (0.86f + 0.14f * (float)facing);
+    float t = 0.5f + 0.5f * (float)n[1];
+    for (int i = 0; i < 3; i++)
+        color[i] = level * (below[i] + (above[i] - below[i]) * t);
+}
+
+static uint8_t encode_srgb(float x)
+{
+    x = clamp_float(x, 0, 1);
+    float y = x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f;
+    return (uint8_t)(255 * y + 0.5f);
+}
+
+struct band {
+    float (*origins)[3], (*directions)[3];
+    float *distances;
+    struct cranny_hit *hits;
+};
+
+static bool band_alloc(struct band *band, size_t count)
+{
+    band->origins = alloc_array(count, sizeof *band->origins);
+    band->directions = alloc_array(count, sizeof *band->directions);
+    band->distances = alloc_array(count, sizeof *band->distances);
+    band->hits = alloc_array(count, sizeof *band->hits);
+    return band->origins && band->directions && band->distances && band->hits;
+}
+
+static void band_free(struct band *band)
+{
+    free(band->origins);
+    free(band->directions);
+    free(band->distances);
+    free(band->hits);
+}
+
+static void band_aim(const struct band *band, const struct lens *lens, int width, int height,
+                     int first_row, int rows)
+{
+#pragma omp parallel for schedule(static)
+    for (int row = 0; row < rows * GRID; row++) {
+        for (int column = 0; column < width * GRID; column++) {
+            size_t ray = (size_t)row * (size_t)width * GRID + (size_t)column;
+            double x = 2 * (column + 0.5) / ((double)width * GRID) - 1;
+            double y = 1 - 2 * ((double)first_row * GRID + row + 0.5) / ((double)height * GRID);
+            lens_ray(lens, x, y, band->origins[ray], band->directions[ray]);
+        }
+    }
+}
+
+static void band_resolve(const struct band *band, const struct cranny_scene *scene,
+                         const struct cranny_bake *bake, int width, int rows, uint8_t *rgb)
+{
+#pragma omp parallel for schedule(static)
+    for (int row = 0; row < rows; row++) {
+        for (int column = 0; column < width; column++) {
+            float sum[3] = {0}, color[3];
+            for (int k = 0; k < GRID * GRID; k++) {
+                size_t line = (size_t)row * GRID + (size_t)(k / GRID);
+                size_t ray = (line * (size_t)width + (size_t)column) * GRID + (size_t)(k % GRID);
+                shade(scene, bake, &band->hits[ray], band->directions[ray], color);
+                for (int i = 0; i < 3; i++)
+                    sum[i] += color[i];
+            }
+            uint8_t *pixel = rgb + ((size_t)row * (size_t)width + (size_t)column) * 3;
+            for (int i = 0; i < 3; i++)
+                pixel[i] = encode_srgb(sum[i] / (GRID * GRID));
+        }
+    }
+}
+
+static enum cranny_status draw(const struct cranny_tracer *tracer, const struct cranny_scene *scene,
+                               const struct cranny_bake *bake, const struct lens *lens, int width,
+                               int height, uint8_t *rgb, struct cranny_error *why)
+{
+    int rows = max_int(1, min_int(height, BAND_RAYS / (GRID * GRID * width)));
+    struct band band = {0};
+    enum cranny_status status = CRANNY_OK;
+    if (!band_alloc(&band, (size_t)rows * (size_t)width * GRID * GRID))
+        status = fail_memory(why, "preview");
+    for (int first = 0; first < height && status == CRANNY_OK; first += rows) {
+        int count = min_int(rows, height - first);
+        band_aim(&band, lens, width, height, first, count);
+        status = cranny_trace(tracer, (size_t)count * (size_t)width * GRID * GRID,
+                              (const float(*)[3])band.origins, (const float(*)[3])band.directions,
+                              band.distances, band.hits, 0, why);
+        if (status == CRANNY_OK)
+            band_resolve(&band, scene, bake, width, count, rgb + (size_t)first * (size_t)width * 3);
+    }
+    band_free(&band);
+    return status;
+}
+
+static enum cranny_status check_size(int width, int height, struct cranny_error *why)
+{
+    if (width < 1 || height < 1 || width > 16384 || height > 16384)
+        return fail(why, CRANNY_USAGE, "preview: %d x %d pixels; pass 1 to 16384 each way", width,
+                    height);
+    return CRANNY_OK;
+}
+
+enum cranny_status cranny_preview_render_view(const struct cranny_scene *scene,
+                                              const struct cranny_bake *bake,
+                                              const struct cranny_camera *view, int width,
+                                              int height, uint8_t *rgb, struct cranny_error *why)
+{
+    struct lens lens;
+    enum cranny_status status = check_size(width, height, why);
+    if (status == CRANNY_OK)
+        status = make_lens(view, (double)width / height, &lens, why);
+    struct cranny_tracer *tracer = NULL;
+    if (status == CRANNY_OK)
+        status = cranny_tracer_create(scene, NULL, &tracer, why);
+    if (status == CRANNY_OK)
+        status = draw(tracer, scene, bake, &lens, width, height, rgb, why);
+    cranny_tracer_destroy(&tracer);
+    return status;
+}
+
+enum cranny_status cranny_preview_default_view(const struct cranny_scene *scene, float aspect,
+                                               struct cranny_camera *view, struct cranny_error *why)
+{
+    if (!(aspect > 0) || !isfinite(aspect))
+        return fail(why, CRANNY_USAGE, "preview: the picture's aspect must be above 0");
+    struct cranny_tracer *tracer;
+    enum cranny_status status = cranny_tracer_create(scene, NULL, &tracer, why);
+    if (status == CRANNY_OK)
+        status = preview_choose_view(scene, tracer, aspect, view, why);
+    cranny_tracer_destroy(&tracer);
+    return status;
+}
+
+enum cranny_status cranny_preview_render(const struct cranny_scene *scene,
+                                         const struct cranny_bake *bake, int camera, int width,
+                                         int height, uint8_t *rgb, struct cranny_error *why)
+{
+    int count = (int)cranny_scene_camera_count(scene);
+    struct cranny_camera view;
+    enum cranny_status status = check_size(width, height, why);
+    if (status != CRANNY_OK)
+        return status;
+    if (camera < -1 || camera >= count)
+        return fail(why, CRANNY_USAGE, "preview: camera %d; the scene has %d, counted from 0",
+                    camera, count);
+    if (count > 0)
+        view = *cranny_scene_camera(scene, (uint32_t)max_int(camera, 0));
+    else
+        status = cranny_preview_default_view(scene, (float)width / (float)height, &view, why);
+    if (status == CRANNY_OK)
+        status = cranny_preview_render_view(scene, bake, &view, width, height, rgb, why);
+    return status;
+}
