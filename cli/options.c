@@ -96,7 +96,7 @@ const char *nearest_name(const char *word, const char *const *names, size_t coun
     for (size_t i = 0; i < count && best; i++) {
         size_t distance = edit_distance(word, names[i]);
         if (length >= 3 && strncmp(word, names[i], length) == 0)
-            distance = 1;
+            distance = 0;
         if (distance < best && distance < strlen(names[i])) {
             best = distance;
             nearest = names[i];
