@@ -16,6 +16,12 @@ struct house {
     enum material plaster;
 };
 
+/* Height of the loft's floor; the beams across end below it. */
+static double deck(const struct house *h)
+{
+    return h->height - 0.24;
+}
+
 static void window_frame(struct builder *b, const struct wall *w, const struct hole *h)
 {
     const struct vec up = vec(0, 1, 0), n = cross(w->u, up);
@@ -217,8 +223,8 @@ static void tie_beams(struct builder *b, const struct house *h)
         double z = mix(0.4 - h->half_z, h->half_z - 0.4, (double)i / count);
         if (h->loft && z > 0.4 && z < h->half_z - 2)
             continue;
-        beam(b, MATERIAL_WOOD_DARK, vec(-h->half_x - 0.28, h->height - 0.12, z),
-             vec(h->half_x + 0.28, h->height - 0.12, z), vec(0, 1, 0), 0.16, 0.2);
+        beam(b, MATERIAL_WOOD_DARK, vec(-h->half_x - 0.25, deck(h) - 0.12, z),
+             vec(h->half_x + 0.25, deck(h) - 0.12, z), vec(0, 1, 0), 0.16, 0.2);
     }
 }
 
@@ -234,8 +240,6 @@ static void timber(struct builder *b, const struct house *h)
                 beam(b, wood, vec(i * x, 0.1, j * (z - 0.1)),
                      vec(i * x, top - 0.2, j * (z - 0.1 - 0.12 * z)), vec(i, 0, 0), 0.15, 0.2);
         }
-        beam(b, wood, vec(i * x, 0.11, -z), vec(i * x, 0.11, h->timbered ? -0.7 : -z + 0.5), up,
-             0.2, 0.2);
         if (h->timbered) {
             beam(b, wood, vec(i * x, top - 0.08, -z), vec(i * x, top - 0.08, z), up, 0.2, 0.2);
             beam(b, wood, vec(-x, top, i * z), vec(x, top, i * z), up, 0.2, 0.22);
@@ -266,38 +270,38 @@ static void chimney(struct builder *b, const struct house *h)
 static void stairs(struct builder *b, const struct house *h)
 {
     const int steps = 13;
-    double rise = (h->height + 0.06) / steps, going = 0.25, x = WALL - h->half_x + 0.55;
+    double rise = (deck(h) + 0.06) / steps, going = 0.25, x = WALL - h->half_x + 0.55;
     for (int i = 0; i < steps; i++)
         box(b, MATERIAL_WOOD, vec(x, rise * (i + 1) - 0.025, going * (steps - i) - 0.15),
             vec(0.5, 0.03, 0.15));
     for (int side = -1; side <= 1; side += 2) {
         beam(b, MATERIAL_WOOD_DARK, vec(x + side * 0.5, 0.0, going * steps + 0.1),
-             vec(x + side * 0.5, h->height, -0.05), vec(0, 1, 0), 0.06, 0.3);
+             vec(x + side * 0.5, deck(h), -0.05), vec(0, 1, 0), 0.06, 0.3);
     }
     for (int i = 0; i <= 3; i++)
         beam(b, MATERIAL_WOOD,
-             vec(x + 0.5, mix(0, h->height, i / 3.0), mix(going * steps, 0.05, i / 3.0)),
-             vec(x + 0.5, mix(0, h->height, i / 3.0) + 1, mix(going * steps, 0.05, i / 3.0)),
+             vec(x + 0.5, mix(0, deck(h), i / 3.0), mix(going * steps, 0.05, i / 3.0)),
+             vec(x + 0.5, mix(0, deck(h), i / 3.0) + 1, mix(going * steps, 0.05, i / 3.0)),
              vec(1, 0, 0), 0.06, 0.06);
-    beam(b, MATERIAL_WOOD, vec(x + 0.5, 1, going * steps), vec(x + 0.5, h->height + 1, 0.05),
+    beam(b, MATERIAL_WOOD, vec(x + 0.5, 1, going * steps), vec(x + 0.5, deck(h) + 1, 0.05),
          vec(0, 1, 0), 0.07, 0.07);
 }
 
 static void loft(struct builder *b, const struct house *h)
 {
     double back = WALL - 0.05 - h->half_z, half = -back / 2, wide = h->half_x - WALL + 0.05;
-    box(b, MATERIAL_FLOOR, vec(0, h->height + 0.02, -half), vec(wide, 0.04, half));
-    beam(b, MATERIAL_WOOD_DARK, vec(-wide, h->height - 0.1, -0.06),
-         vec(wide, h->height - 0.1, -0.06), vec(0, 1, 0), 0.18, 0.24);
+    box(b, MATERIAL_FLOOR, vec(0, deck(h) + 0.02, -half), vec(wide, 0.04, half));
+    beam(b, MATERIAL_WOOD_DARK, vec(-wide, deck(h) - 0.1, -0.06), vec(wide, deck(h) - 0.1, -0.06),
+         vec(0, 1, 0), 0.18, 0.24);
     double left = WALL - h->half_x + 1.15, right = h->half_x - WALL - 0.05;
     for (int i = 0; i <= 5; i++) {
         double x = mix(left, right, i / 5.0);
-        beam(b, MATERIAL_WOOD, vec(x, h->height, -0.06), vec(x, h->height + 1, -0.06), vec(1, 0, 0),
+        beam(b, MATERIAL_WOOD, vec(x, deck(h), -0.06), vec(x, deck(h) + 1, -0.06), vec(1, 0, 0),
              0.07, 0.07);
     }
     for (int i = 1; i <= 2; i++)
-        beam(b, MATERIAL_WOOD, vec(left, h->height + 0.5 * i, -0.06),
-             vec(right, h->height + 0.5 * i, -0.06), vec(0, 1, 0), 0.06, 0.08);
+        beam(b, MATERIAL_WOOD, vec(left, deck(h) + 0.5 * i, -0.06),
+             vec(right, deck(h) + 0.5 * i, -0.06), vec(0, 1, 0), 0.06, 0.08);
     stairs(b, h);
 }
 
@@ -389,7 +393,7 @@ static void furnish(struct world *world, const struct furniture *f, const struct
     world_add_node(world, "Crate_%d_C", number, f->crate, house, vec(x - 1.3, floor, -z + 0.5),
                    -0.2);
     world_add_node(world, "Barrel_%d", number, f->barrel, house, vec(x - 0.45, floor, z - 0.45), 0);
-    world_add_node(world, "Lamp_%d", number, f->lamp, house, vec(0.4, h->height - 0.22, 0.2), 0);
+    world_add_node(world, "Lamp_%d", number, f->lamp, house, vec(0.4, deck(h) - 0.2, 0.2), 0);
     for (int i = 0; i < 3; i++)
         world_add_node(world, i ? i > 1 ? "Jar_%d_C" : "Jar_%d_B" : "Jar_%d_A", number, f->jar,
                        house, vec(0.2 + 0.28 * i, floor + 0.78, 0.8 + 0.5 * (i % 2)), i);

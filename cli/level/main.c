@@ -109,7 +109,7 @@ static void print_json(const struct options *options, const struct world *world,
     struct totals t = world_totals(world);
     json_t *object = json_pack(
         "{s:s, s:f, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:i, s:I}", "output",
-        options->output, "scale", world->scale, "seed", (json_int_t)world->seed, "triangles",
+        options->output, "scale", options->scale, "seed", (json_int_t)world->seed, "triangles",
         (json_int_t)t.triangles, "vertices", (json_int_t)t.vertices, "unique_triangles",
         (json_int_t)t.unique_triangles, "unique_vertices", (json_int_t)t.unique_vertices,
         "lod_triangles", (json_int_t)t.lod_triangles, "meshes", (json_int_t)world->mesh_count,

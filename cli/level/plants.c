@@ -15,22 +15,42 @@ static struct vec in_ball(uint32_t seed, uint32_t id)
     return scale(vec(r * cos(turn), y, r * sin(turn)), far);
 }
 
+/* Cards of leaves on the outside of an ellipsoid, facing outwards more or less. */
+static void leaves(struct builder *b, struct vec center, struct vec radii, int count, double size,
+                   int pieces, uint32_t seed)
+{
+    for (int i = 0; i < count; i++) {
+        uint32_t id = (uint32_t)i;
+        double y = 1 - 1.75 * (i + 0.5) / count, ring = sqrt(fmax(0, 1 - y * y)),
+               turn = 2.39996 * i;
+        struct vec d = vec(ring * cos(turn), y, ring * sin(turn));
+        struct vec facing = unit(add(scale(d, 1.3), in_ball(seed, id)));
+        struct vec u = unit(cross(vec(0.1, 1, 0.05), facing)), v = cross(facing, u);
+        struct vec at = add(center, vec(d.x * radii.x, d.y * radii.y, d.z * radii.z));
+        double half = size * (0.8 + 0.4 * chance(seed, id, 4));
+        card(b, MATERIAL_LEAVES, at, scale(u, half), scale(v, half), d, pieces);
+    }
+}
+
 static int oak(struct world *world, uint32_t model)
 {
     struct mesh mesh = {0};
     snprintf(mesh.name, sizeof mesh.name, "Oak_%c", (int)('A' + model));
     struct builder b = builder_at(&mesh, world->edge);
     const uint32_t seed = 40 + model;
-    int sides = world_count(world, 9, 4), bark = world_count(world, 7, 4);
+    int sides = world_count(world, 8, 4), bark = world_count(world, 6, 3);
+    int pieces = world_count(world, 1, 1);
     struct vec fork = vec(0.15, 2.1, -0.1);
     tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), fork, 0.34, 0.24, bark, world_count(world, 3, 1));
     blob(&b, MATERIAL_OAK, vec(0.1, 4.4, 0), vec(1.7, 1.35, 1.7), 0.22, seed, sides);
+    leaves(&b, vec(0.1, 4.4, 0), vec(1.6, 1.3, 1.6), 16, 0.5, pieces, seed + 90);
     for (uint32_t i = 0; i < 4; i++) {
         double turn = 2 * LEVEL_PI * (i + 0.6 * chance(seed, i, 0)) / 4;
         double reach = 1.35 + 0.5 * chance(seed, i, 1), size = 1.05 + 0.4 * chance(seed, i, 2);
         struct vec at = vec(reach * cos(turn), 3.3 + 0.9 * chance(seed, i, 3), reach * sin(turn));
         tube(&b, MATERIAL_BARK, along(fork, vec(0, 1, 0), -0.25), at, 0.15, 0.07, bark, 2);
         blob(&b, MATERIAL_OAK, at, vec(size, size * 0.8, size), 0.24, seed + 7 * i + 1, sides);
+        leaves(&b, at, vec(size * 0.95, size * 0.78, size * 0.95), 9, 0.46, pieces, seed + i);
     }
     return world_add_mesh(world, &mesh);
 }
@@ -95,14 +115,9 @@ static int birch(struct world *world, uint32_t model)
         tube(&b, MATERIAL_BARK, root, add(root, vec(1.1 * cos(turn), 0.8, 1.1 * sin(turn))), 0.06,
              0.02, sides, 1);
     }
-    for (uint32_t i = 0; i < 30; i++) {
-        struct vec d = in_ball(seed, i);
-        struct vec at = add(vec(0.2, 4.3, 0.1), vec(1.35 * d.x, 2.0 * d.y, 1.35 * d.z));
-        struct vec u = unit(cross(in_ball(seed + 5, i), vec(0.1, 1, 0.05)));
-        struct vec v = unit(cross(u, unit(add(in_ball(seed + 6, i), scale(d, 1.2)))));
-        double size = 0.55 + 0.25 * chance(seed, i, 4);
-        card(&b, MATERIAL_LEAVES, at, scale(u, size), scale(v, size), pieces);
-    }
+    struct vec crown = vec(0.2, 4.3, 0.1);
+    leaves(&b, crown, vec(1.3, 1.9, 1.3), 26, 0.62, pieces, seed);
+    leaves(&b, crown, vec(0.7, 1.1, 0.7), 10, 0.55, pieces, seed + 5);
     return world_add_mesh(world, &mesh);
 }
 
@@ -113,14 +128,16 @@ static int shrub(struct world *world, uint32_t model)
     struct builder b = builder_at(&mesh, world->edge);
     int pieces = world_count(world, 1, 1);
     if (model < 2) {
-        blob(&b, MATERIAL_SHRUB, vec(0, 0.28, 0), vec(0.55, 0.42 + 0.12 * model, 0.5), 0.25,
-             80 + model, world_count(world, 8, 4));
+        blob(&b, MATERIAL_SHRUB, vec(0, 0.28, 0), vec(0.46, 0.36 + 0.1 * model, 0.42), 0.2,
+             80 + model, world_count(world, 6, 4));
+        leaves(&b, vec(0, 0.28, 0), vec(0.46, 0.36 + 0.12 * model, 0.42), 9 + 2 * (int)model, 0.26,
+               pieces, 83 + model);
         return world_add_mesh(world, &mesh);
     }
     for (int i = 0; i < 3; i++) {
         double turn = LEVEL_PI * i / 3;
         card(&b, MATERIAL_GRASS, vec(0, 0.24, 0), vec(0.36 * cos(turn), 0, 0.36 * sin(turn)),
-             vec(0, 0.28, 0), pieces);
+             vec(0, 0.28, 0), vec(0, 1, 0), pieces);
     }
     return world_add_mesh(world, &mesh);
 }
@@ -206,7 +223,7 @@ static void place_shrubs(struct world *world)
         double clear = terrain_clearance(&world->terrain, x, z);
         double patch = sin(x * 0.23) * sin(z * 0.19 + 1) + sin(x * 0.07 + z * 0.11);
         if (clear < 0.9 || terrain_path(&world->terrain, x, z) > 0.02 || hypot(x, z) < 6 ||
-            chance(seed, i, 2) > 0.35 + 0.5 * patch)
+            hypot(x - 9.5, z - 9.5) < 3 || chance(seed, i, 2) > 0.35 + 0.5 * patch)
             continue;
         double kind = chance(seed, i, 3);
         int model = kind < 0.18 ? 0 : kind < 0.34 ? 1 : 2;

@@ -375,15 +375,14 @@ void blob(struct builder *b, enum material material, struct vec center, struct v
 }
 
 void card(struct builder *b, enum material material, struct vec center, struct vec half_u,
-          struct vec half_v, int pieces)
+          struct vec half_v, struct vec normal, int pieces)
 {
-    struct vec n = unit(cross(half_u, half_v));
     uint32_t first = 0, row = (uint32_t)pieces + 1;
     for (int j = 0; j <= pieces; j++) {
         for (int i = 0; i <= pieces; i++) {
             double u = (double)i / pieces, v = (double)j / pieces;
             struct vec at = along(along(center, half_u, 2 * u - 1), half_v, 2 * v - 1);
-            uint32_t index = put(b, material, at, n, u, 1 - v);
+            uint32_t index = put(b, material, at, normal, u, 1 - v);
             first = i || j ? first : index;
         }
     }

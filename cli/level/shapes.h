@@ -75,8 +75,9 @@ void tube(struct builder *b, enum material material, struct vec from, struct vec
 void blob(struct builder *b, enum material material, struct vec center, struct vec radii,
           double roughness, uint32_t seed, int sides);
 
-/* A rectangle around `center` with its texture once on it; one quad per `pieces` squared. */
+/* A rectangle around `center` with its texture once on it; `pieces` squared quads, all with
+ * `normal`: foliage is shaded as the crown it belongs to. */
 void card(struct builder *b, enum material material, struct vec center, struct vec half_u,
-          struct vec half_v, int pieces);
+          struct vec half_v, struct vec normal, int pieces);
 
 #endif

@@ -36,7 +36,7 @@ struct terrain {
 };
 
 struct world {
-    double scale;
+    double scale; /* what was asked for, times a constant that puts 1 near 250 thousand triangles */
     uint32_t seed;
     double edge; /* metres: longest edge of flat surfaces indoors at this scale */
     struct terrain terrain;

@@ -36,7 +36,7 @@ static void arch(struct builder *b, struct vec corner, struct vec u, double widt
 {
     const struct vec up = vec(0, 1, 0), n = cross(u, up);
     struct vec low[ARCH_MAX + 1], high[ARCH_MAX + 1], faces[ARCH_MAX + 1], soffit[ARCH_MAX + 1];
-    int columns = (int)fmin(ARCH_MAX, fmax(8, ceil(LEVEL_PI * radius / b->edge)));
+    int columns = (int)fmin(ARCH_MAX, fmax(12, ceil(LEVEL_PI * radius / b->edge)));
     int rows = (int)fmax(1, ceil((height - radius) / b->edge));
     for (int i = 0; i <= columns; i++) {
         double angle = LEVEL_PI * (1 - (double)i / columns), at = width / 2 + radius * cos(angle);
