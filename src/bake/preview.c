@@ -5,7 +5,10 @@
 
 #include <cranny/bake.h>
 
-#define GRID 2              /* rays per pixel, each way */
+#define GRID 2            /* rays per pixel, each way */
+#define METER 32          /* pixels each way that the exposure is measured on */
+#define WANTED_MEAN 0.45f /* of the visibility in a picture, reached by brightening */
+#define GAIN_MAXIMUM 3.5f
 #define BAND_RAYS (1 << 18) /* rays traced at once: bounds the memory of large pictures */
 
 /* World axes of a camera, with the extent of its picture at distance 1 (or anywhere: parallel). */
@@ -83,7 +86,8 @@ static void shading_normal(const struct cranny_instance *instance, const struct 
     const double *m = instance->world_from_object;
     double inverse[9], p[3][3], e[3], f[3];
     float w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
-    if (mesh->normals && transform_inverse3(m, inverse)) {
+    const bool smooth = mesh->normals && transform_inverse3(m, inverse);
+    if (smooth) {
         float local[3];
         for (int i = 0; i < 3; i++)
             local[i] = w[0] * mesh->normals[c[0]][i] + w[1] * mesh->normals[c[1]][i] +
@@ -101,8 +105,9 @@ static void shading_normal(const struct cranny_instance *instance, const struct 
     }
     if (!normalise(n))
         n[0] = 0, n[1] = 1, n[2] = 0;
-    double facing = n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2];
-    for (int i = 0; facing > 0 && i < 3; i++)
+    bool turn = smooth ? hit->back_face
+                       : n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2] > 0;
+    for (int i = 0; turn && i < 3; i++)
         n[i] = -n[i];
 }
 
@@ -118,10 +123,10 @@ static float visibility_at(const struct cranny_bake *bake, const struct cranny_m
 }
 
 /* Linear colour of what a ray saw. */
-static void shade(const struct cranny_scene *scene, const struct cranny_bake *bake,
+static void shade(const struct cranny_scene *scene, const struct cranny_bake *bake, float gain,
                   const struct cranny_hit *hit, const float direction[3], float color[3])
 {
-    static const float above[3] = {0.72f, 0.72f, 0.72f}, below[3] = {0.46f, 0.43f, 0.40f};
+    static const float above[3] = {0.66f, 0.66f, 0.66f}, below[3] = {0.34f, 0.31f, 0.28f};
     if (hit->instance == UINT32_MAX) {
         sky(direction, color);
         return;
@@ -131,7 +136,7 @@ static void shade(const struct cranny_scene *scene, const struct cranny_bake *ba
     double n[3];
     shading_normal(instance, mesh, hit, direction, n);
     double facing = -(n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
-    float level = visibility_at(bake, mesh, hit) * (0.86f + 0.14f * (float)facing);
+    float level = gain * visibility_at(bake, mesh, hit) * (0.82f + 0.18f * fmaxf((float)facing, 0));
     float t = 0.5f + 0.5f * (float)n[1];
     for (int i = 0; i < 3; i++)
         color[i] = level * (below[i] + (above[i] - below[i]) * t);
@@ -182,7 +187,8 @@ static void band_aim(const struct band *band, const struct lens *lens, int width
 }
 
 static void band_resolve(const struct band *band, const struct cranny_scene *scene,
-                         const struct cranny_bake *bake, int width, int rows, uint8_t *rgb)
+                         const struct cranny_bake *bake, float gain, int width, int rows,
+                         uint8_t *rgb)
 {
 #pragma omp parallel for schedule(static)
     for (int row = 0; row < rows; row++) {
@@ -191,7 +197,7 @@ static void band_resolve(const struct band *band, const struct cranny_scene *sce
             for (int k = 0; k < GRID * GRID; k++) {
                 size_t line = (size_t)row * GRID + (size_t)(k / GRID);
                 size_t ray = (line * (size_t)width + (size_t)column) * GRID + (size_t)(k % GRID);
-                shade(scene, bake, &band->hits[ray], band->directions[ray], color);
+                shade(scene, bake, gain, &band->hits[ray], band->directions[ray], color);
                 for (int i = 0; i < 3; i++)
                     sum[i] += color[i];
             }
@@ -202,14 +208,48 @@ static void band_resolve(const struct band *band, const struct cranny_scene *sce
     }
 }
 
+/* Brighten a dark room, as an eye would: from the mean visibility on a coarse grid. */
+static enum cranny_status choose_gain(const struct cranny_tracer *tracer,
+                                      const struct cranny_scene *scene,
+                                      const struct cranny_bake *bake, const struct lens *lens,
+                                      float *gain, struct cranny_error *why)
+{
+    struct band band = {0};
+    enum cranny_status status = CRANNY_OK;
+    const size_t count = METER * METER * GRID * GRID;
+    double sum = 0, seen = 0;
+    *gain = 1;
+    if (!band_alloc(&band, count))
+        status = fail_memory(why, "preview");
+    else
+        band_aim(&band, lens, METER, METER, 0, METER);
+    if (status == CRANNY_OK)
+        status =
+            cranny_trace(tracer, count, (const float(*)[3])band.origins,
+                         (const float(*)[3])band.directions, band.distances, band.hits, 0, why);
+    for (size_t i = 0; status == CRANNY_OK && i < count; i++) {
+        if (band.hits[i].instance == UINT32_MAX)
+            continue;
+        const struct cranny_instance *instance =
+            cranny_scene_instance(scene, band.hits[i].instance);
+        sum += visibility_at(bake, cranny_scene_mesh(scene, instance->mesh), &band.hits[i]);
+        seen += 1;
+    }
+    if (seen > 0)
+        *gain = clamp_float((float)(WANTED_MEAN * seen / fmax(sum, 1e-9)), 1, GAIN_MAXIMUM);
+    band_free(&band);
+    return status;
+}
+
 static enum cranny_status draw(const struct cranny_tracer *tracer, const struct cranny_scene *scene,
                                const struct cranny_bake *bake, const struct lens *lens, int width,
                                int height, uint8_t *rgb, struct cranny_error *why)
 {
     int rows = max_int(1, min_int(height, BAND_RAYS / (GRID * GRID * width)));
     struct band band = {0};
-    enum cranny_status status = CRANNY_OK;
-    if (!band_alloc(&band, (size_t)rows * (size_t)width * GRID * GRID))
+    float gain;
+    enum cranny_status status = choose_gain(tracer, scene, bake, lens, &gain, why);
+    if (status == CRANNY_OK && !band_alloc(&band, (size_t)rows * (size_t)width * GRID * GRID))
         status = fail_memory(why, "preview");
     for (int first = 0; first < height && status == CRANNY_OK; first += rows) {
         int count = min_int(rows, height - first);
@@ -218,7 +258,8 @@ static enum cranny_status draw(const struct cranny_tracer *tracer, const struct 
                               (const float(*)[3])band.origins, (const float(*)[3])band.directions,
                               band.distances, band.hits, 0, why);
         if (status == CRANNY_OK)
-            band_resolve(&band, scene, bake, width, count, rgb + (size_t)first * (size_t)width * 3);
+            band_resolve(&band, scene, bake, gain, width, count,
+                         rgb + (size_t)first * (size_t)width * 3);
     }
     band_free(&band);
     return status;

@@ -28,11 +28,13 @@ static double extent(const double bounds[6])
     return hypot(hypot(bounds[3] - bounds[0], bounds[4] - bounds[1]), bounds[5] - bounds[2]);
 }
 
-/* As near as all corners of the bounds allow. */
+/* As near as all corners of the bounds allow, aimed so that they lie in the picture's middle. Along
+ * an axis of the picture a corner p is inside when |p - shift| <= slope (distance - p.z). */
 static void look_from_outside(const double bounds[6], double aspect, struct cranny_camera *view)
 {
-    const double back[3] = {0.5, 0.5, 0.70710678118654752};
-    double center[3], eye[3], distance = 0, high = tan(0.5 * FOV_OUTSIDE), wide = high * aspect;
+    const double back[3] = {0.5, 0.5, 0.70710678118654752}, high = tan(0.5 * FOV_OUTSIDE);
+    const double slope[2] = {high * aspect, high};
+    double center[3], eye[3], low[2] = {INFINITY, INFINITY}, top[2] = {-INFINITY, -INFINITY};
     for (int i = 0; i < 3; i++)
         center[i] = 0.5 * (bounds[i] + bounds[3 + i]);
     *view = (struct cranny_camera){.name = "", .fov_y = FOV_OUTSIDE};
@@ -43,11 +45,16 @@ static void look_from_outside(const double bounds[6], double aspect, struct cran
         for (int axis = 0; axis < 3; axis++)
             for (int i = 0; i < 3; i++)
                 p[axis] += m[4 * i + axis] * (bounds[corner >> i & 1 ? 3 + i : i] - center[i]);
-        distance = fmax(distance, p[2] + fmax(fabs(p[0]) / wide, fabs(p[1]) / high));
+        for (int axis = 0; axis < 2; axis++) {
+            low[axis] = fmin(low[axis], p[axis] - slope[axis] * p[2]);
+            top[axis] = fmax(top[axis], p[axis] + slope[axis] * p[2]);
+        }
     }
+    double distance = fmax((top[0] - low[0]) / slope[0], (top[1] - low[1]) / slope[1]) / 2;
     distance = fmax(distance * 1.04, 1e-6);
     for (int i = 0; i < 3; i++)
-        eye[i] = center[i] + distance * back[i];
+        eye[i] = center[i] + distance * back[i] + 0.5 * (low[0] + top[0]) * m[4 * i] +
+                 0.5 * (low[1] + top[1]) * m[4 * i + 1];
     aim(view, eye, back);
     view->near_plane = (float)(distance * 1e-4);
 }
