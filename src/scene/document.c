@@ -133,10 +133,10 @@ static enum cranny_status parse_text(struct document *document, struct cranny_er
 static enum cranny_status list_buffers(struct document *document, struct cranny_error *why)
 {
     const json_t *list = json_object_get(document->root, "buffers");
-    document->buffer_count = json_array_size(list);
-    document->buffers = alloc_array(document->buffer_count, sizeof *document->buffers);
+    document->buffers = alloc_array(json_array_size(list), sizeof *document->buffers);
     if (!document->buffers)
         return fail_memory(why, "buffers");
+    document->buffer_count = json_array_size(list);
     if (document->buffer_count && document->chunk &&
         !json_object_get(json_array_get(list, 0), "uri"))
         document->buffers[0].from_chunk = true;
