@@ -29,7 +29,7 @@ struct job {
     struct cranny_scene *scene;
     struct cranny_bake *bake;
     struct cranny_bake_report report;
-    double load_s, write_s, total_s;
+    double load_s, write_s, preview_s, total_s;
 };
 
 static const char *const output_names[] = {"occlusion", "color", "attribute", NULL};
@@ -140,10 +140,11 @@ static uint64_t peak_bytes(void)
 static json_t *seconds_json(const struct job *job)
 {
     const struct cranny_bake_report *r = &job->report;
-    return json_pack("{so so so so so so so}", "load", number(job->load_s), "bvh",
+    return json_pack("{so so so so so so so so}", "load", number(job->load_s), "bvh",
                      number(r->seconds_bvh), "sample", number(r->seconds_sample), "trace",
                      number(r->seconds_trace), "solve", number(r->seconds_solve), "write",
-                     number(job->write_s), "total", number(job->total_s));
+                     number(job->write_s), "preview", number(job->preview_s), "total",
+                     number(job->total_s));
 }
 
 static json_t *result_json(const struct job *job)
@@ -311,8 +312,10 @@ static enum cranny_status run(struct job *job, struct cranny_error *why)
         cranny_bake_get_report(job->bake, &job->report);
         status = write_scene(job, why);
     }
+    double preview_s = clock_s();
     if (status == CRANNY_OK)
         status = write_preview(job, why);
+    job->preview_s = clock_s() - preview_s;
     job->total_s = clock_s() - begin_s;
     return status;
 }
