@@ -1,0 +1,22 @@
+/* The page that shows a bake. */
+#ifndef DEMO_PAGE_H
+#define DEMO_PAGE_H
+
+#include <cranny/cranny.h>
+
+#define VIEW_LIMIT 3
+
+struct page {
+    const char *scene_path, *scene_name; /* as given; its last part */
+    const char *output_name;             /* of the baked file, in the page's folder */
+    int width, height, view_count;       /* pictures before-N.png and after-N.png, N from 1 */
+    const char *view_names[VIEW_LIMIT];
+    struct cranny_scene_info info;
+    struct cranny_bake_params params;
+    struct cranny_bake_report report;
+    double seconds_load, seconds_write, seconds_total;
+};
+
+enum cranny_status page_write(const struct page *page, const char *path, struct cranny_error *why);
+
+#endif
