@@ -136,7 +136,7 @@ static int lamp(struct world *world)
     struct builder b = builder_at(&mesh, world->edge);
     tube(&b, MATERIAL_IRON, vec(0, -0.5, 0), vec(0, 0.1, 0), 0.012, 0.012, 6, 1);
     lathe(&b, MATERIAL_IRON, vec(0, -0.62, 0),
-          (const double[][2]){{0.03, 0.13}, {0.22, 0.0}, {0.2, 0.0}, {0.02, 0.11}}, 4,
+          (const double[][2]){{0.02, 0.11}, {0.2, 0.0}, {0.22, 0.0}, {0.03, 0.13}}, 4,
           world_count(world, 14, 6));
     blob(&b, MATERIAL_PLASTER, vec(0, -0.6, 0), vec(0.07, 0.08, 0.07), 0, 1,
          world_count(world, 10, 6));

@@ -258,7 +258,12 @@ static void chimney(struct builder *b, const struct house *h)
         box(b, MATERIAL_STONE, vec(x + side * 0.62, 0.55, z), vec(0.16, 0.6, 0.42));
     box(b, MATERIAL_STONE, vec(x, 1.25, z), vec(0.86, 0.14, 0.46));
     box(b, MATERIAL_STONE, vec(x, 0.06, z + 0.2), vec(0.86, 0.06, 0.6));
-    box(b, MATERIAL_STONE, vec(x, (1.3 + top) / 2, z), vec(0.48, (top - 1.3) / 2, 0.36));
+    double low = h->ridge - 1.12 * tan(PITCH), high = h->ridge + 0.2;
+    struct builder fine = *b;
+    fine.edge *= 0.35; /* where it goes through the roof: light must not bleed in along an edge */
+    box(b, MATERIAL_STONE, vec(x, (1.3 + low) / 2, z), vec(0.48, (low - 1.3) / 2, 0.36));
+    box(&fine, MATERIAL_STONE, vec(x, (low + high) / 2, z), vec(0.48, (high - low) / 2, 0.36));
+    box(b, MATERIAL_STONE, vec(x, (high + top) / 2, z), vec(0.48, (top - high) / 2, 0.36));
     box(b, MATERIAL_STONE, vec(x, top - 0.12, z), vec(0.56, 0.09, 0.44));
     if (h->fine)
         for (int side = -1; side <= 1; side += 2)
@@ -293,7 +298,7 @@ static void loft(struct builder *b, const struct house *h)
     box(b, MATERIAL_FLOOR, vec(0, deck(h) + 0.02, -half), vec(wide, 0.04, half));
     beam(b, MATERIAL_WOOD_DARK, vec(-wide, deck(h) - 0.1, -0.06), vec(wide, deck(h) - 0.1, -0.06),
          vec(0, 1, 0), 0.18, 0.24);
-    double left = WALL - h->half_x + 1.15, right = h->half_x - WALL - 0.05;
+    double left = WALL - h->half_x + 1.15, right = h->half_x - 1.05; /* under the roof */
     for (int i = 0; i <= 5; i++) {
         double x = mix(left, right, i / 5.0);
         beam(b, MATERIAL_WOOD, vec(x, deck(h), -0.06), vec(x, deck(h) + 1, -0.06), vec(1, 0, 0),

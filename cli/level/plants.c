@@ -137,7 +137,7 @@ static int shrub(struct world *world, uint32_t model)
     for (int i = 0; i < 3; i++) {
         double turn = LEVEL_PI * i / 3;
         card(&b, MATERIAL_GRASS, vec(0, 0.24, 0), vec(0.36 * cos(turn), 0, 0.36 * sin(turn)),
-             vec(0, 0.28, 0), vec(0, 1, 0), pieces);
+             vec(0, 0.28, 0), vec(sin(turn), 0, -cos(turn)), pieces);
     }
     return world_add_mesh(world, &mesh);
 }
@@ -168,7 +168,8 @@ static bool tree_fits(const struct world *world, double x, double z, double luck
     double clear = terrain_clearance(&world->terrain, x, z), far = hypot(x, z);
     if (clear < 3.2 || terrain_path(&world->terrain, x, z) > 0 || far < 9)
         return false;
-    if (x > 8 && z > 8 && far < 62 && fabs(x * 0.82 - z * 0.57) < 13)
+    double ahead = (33 - x) * 0.562 + (47 - z) * 0.827, aside = (33 - x) * 0.827 - (47 - z) * 0.562;
+    if (ahead > -4 && ahead < 44 && fabs(aside) < 0.75 * ahead + 4)
         return false;
     double grove = sin(x * 0.09 + 1) * sin(z * 0.08 - 0.5) * 0.5 + 0.5;
     return luck < smooth(16, 46, far) * (0.25 + 0.75 * grove) + 0.05;
@@ -185,7 +186,7 @@ static void place_trees(struct world *world)
         models[OAKS + PINES + i] = birch(world, i);
     static const char *const names[] = {"Tree_Oak_%03d", "Tree_Pine_%03d", "Tree_Birch_%03d"};
     int group = world_add_node(world, "Trees", 0, -1, -1, vec(0, 0, 0), 0);
-    size_t wanted = (size_t)world_count(world, 240, 20), tries = wanted * 60;
+    size_t wanted = (size_t)world_count(world, 300, 20), tries = wanted * 60;
     double(*places)[2] = calloc(wanted, sizeof *places),
     apart = fmin(3.2, 50 / sqrt((double)wanted));
     if (!places)
@@ -223,7 +224,7 @@ static void place_shrubs(struct world *world)
         double clear = terrain_clearance(&world->terrain, x, z);
         double patch = sin(x * 0.23) * sin(z * 0.19 + 1) + sin(x * 0.07 + z * 0.11);
         if (clear < 0.9 || terrain_path(&world->terrain, x, z) > 0.02 || hypot(x, z) < 6 ||
-            hypot(x - 9.5, z - 9.5) < 3 || chance(seed, i, 2) > 0.35 + 0.5 * patch)
+            hypot(x - 7.5, z - 8) < 4.5 || chance(seed, i, 2) > 0.35 + 0.5 * patch)
             continue;
         double kind = chance(seed, i, 3);
         int model = kind < 0.18 ? 0 : kind < 0.34 ? 1 : 2;

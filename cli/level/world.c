@@ -69,8 +69,8 @@ static void add_views(struct world *world)
 
 bool world_build(struct world *world, double scale, uint32_t seed)
 {
-    *world = (struct world){.scale = 0.75 * scale, .seed = seed};
-    world->edge = 0.42 / sqrt(world->scale);
+    *world = (struct world){.scale = 0.65 * scale, .seed = seed};
+    world->edge = 0.39 / sqrt(world->scale);
     terrain_create(&world->terrain, seed);
     terrain_build(world);
     houses_build(world);
