@@ -98,7 +98,7 @@ CRANNY_API enum cranny_status cranny_scene_save(const struct cranny_scene *scene
                                                 struct cranny_error *why);
 
 /* A picture of the baked values: grey clay times visibility, sky white-blue, for a quick look.
- * Dark pictures (rooms) are brightened, as an eye would, by up to 3.5.
+ * Dark pictures (rooms) are brightened, as an eye would, by up to 5.
  * `rgb`: width × height × 3 bytes, rows top to bottom. `camera`: index of a camera of the scene;
  * -1: the file's first, else a view chosen from the bounds. `bake` NULL: the scene before. */
 CRANNY_API enum cranny_status cranny_preview_render(const struct cranny_scene *scene,

@@ -8,7 +8,7 @@
 #define GRID 2            /* rays per pixel, each way */
 #define METER 32          /* pixels each way that the exposure is measured on */
 #define WANTED_MEAN 0.45f /* of the visibility in a picture, reached by brightening */
-#define GAIN_MAXIMUM 3.5f
+#define GAIN_MAXIMUM 5.0f
 #define BAND_RAYS (1 << 18) /* rays traced at once: bounds the memory of large pictures */
 
 /* World axes of a camera, with the extent of its picture at distance 1 (or anywhere: parallel). */
