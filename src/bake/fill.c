@@ -82,8 +82,8 @@ static void spread(struct filler *filler)
     }
 }
 
-/* Give whole pieces that have nothing of their own `value`; returns how many there were. */
-static uint64_t fill_lost(struct filler *filler, const double value[2])
+/* Pieces where nothing is known keep what they hold; returns how many there are. */
+static uint64_t count_lost(struct filler *filler)
 {
     uint64_t pieces = 0;
     size_t first = filler->queued;
@@ -91,12 +91,8 @@ static uint64_t fill_lost(struct filler *filler, const double value[2])
         if (filler->state[u] != UNSEEN)
             continue;
         pieces++;
-        for (enqueue(filler, u, NULL); first < filler->queued; first++) {
-            const uint32_t unknown = filler->queue[first];
-            filler->x[unknown][0] = value[0];
-            filler->x[unknown][1] = value[1];
-            visit(filler, unknown, enqueue, NULL);
-        }
+        for (enqueue(filler, u, NULL); first < filler->queued; first++)
+            visit(filler, filler->queue[first], enqueue, NULL);
     }
     return pieces;
 }
@@ -106,17 +102,11 @@ enum cranny_status fill_unknowns(const struct surface *surface, const uint8_t *k
 {
     const uint32_t count = surface->unknown_count;
     size_t missing = 0;
-    double mean[2] = {0, 0};
     *lost = 0;
-    for (uint32_t u = 0; u < count; u++) {
+    for (uint32_t u = 0; u < count; u++)
         missing += !known[u];
-        mean[0] += known[u] ? x[u][0] : 0;
-        mean[1] += known[u] ? x[u][1] : 0;
-    }
     if (!missing)
         return CRANNY_OK;
-    for (int s = 0; s < 2; s++)
-        mean[s] = missing < count ? mean[s] / (double)(count - missing) : 1;
     struct filler filler = {.surface = surface, .x = x};
     filler.state = alloc_array(count, 1);
     filler.queue = alloc_array(missing, sizeof *filler.queue);
@@ -125,7 +115,7 @@ enum cranny_status fill_unknowns(const struct surface *surface, const uint8_t *k
         for (uint32_t u = 0; u < count; u++)
             filler.state[u] = known[u] ? DONE : UNSEEN;
         spread(&filler);
-        *lost = fill_lost(&filler, mean);
+        *lost = count_lost(&filler);
     }
     free(filler.state);
     free(filler.queue);

@@ -71,6 +71,25 @@ static void splat(const struct fit *fit)
     }
 }
 
+/* Whoever has no valid sample starts from the mean of the buried ones around it. */
+static void splat_buried(const struct fit *fit)
+{
+    const struct surface *surface = &fit->surface;
+    for (uint32_t u = 0; u < surface->unknown_count; u++) {
+        double sum[2] = {0, 0}, count = 0;
+        for (uint32_t i = surface->incident_start[u];
+             !fit->known[u] && i < surface->incident_start[u + 1]; i++) {
+            const uint32_t t = surface->incident[i] / 3;
+            for (uint32_t s = fit->target->sample_start[t]; s < fit->target->sample_start[t + 1];
+                 s++, count++)
+                for (int k = 0; k < 2; k++)
+                    sum[k] += sample_value(&fit->samples->values[fit->target->sample_base + s], k);
+        }
+        for (int k = 0; k < 2 && !fit->known[u]; k++)
+            fit->x[u][k] = count > 0 ? sum[k] / count : 1;
+    }
+}
+
 static enum cranny_status solve(const struct fit *fit, struct fit_report *report,
                                 struct cranny_error *why)
 {
@@ -198,6 +217,7 @@ enum cranny_status fit_target(const struct plan *plan, const struct samples *sam
     if (status == CRANNY_OK) {
         add_samples(&fit);
         splat(&fit);
+        splat_buried(&fit);
         status = fill_unknowns(&fit.surface, fit.known, fit.x, &report->lost_components, why);
     }
     if (status == CRANNY_OK && params->fit == CRANNY_FIT_LEAST_SQUARES)

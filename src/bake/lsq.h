@@ -12,12 +12,14 @@
 struct lsq_term {
     double m[6];
     double b[2][3];
+    double count; /* of samples */
 };
 
 /* One sample: weight (m²), barycentrics, the signals' values. */
 static inline void lsq_add(struct lsq_term *term, double weight, const double l[3],
                            const double f[2])
 {
+    term->count += 1;
     for (int c = 0; c < 3; c++) {
         const double wl = weight * l[c];
         term->m[c] += wl * l[c];
@@ -30,6 +32,7 @@ static inline void lsq_add(struct lsq_term *term, double weight, const double l[
 struct lsq_params {
     double alpha;
     double ridge; /* pull toward the prior, times the mean lumped mass; keeps empty rows regular */
+    double pull;  /* of every vertex toward its prior, in samples' worth; 0: pure eq. 2 */
     double tolerance; /* rms of a last Jacobi step, in units of the signal */
     int iterations_max;
     int threads;

@@ -126,7 +126,7 @@ static void list_incidents(struct surface *surface)
     start[0] = 0;
 }
 
-/* The unknown beyond the edge from corner `c` of triangle `t`: there must be exactly one other
+/* The apex beyond the edge from corner `c` of triangle `t`: there must be exactly one other
  * triangle on it, and it must run along the edge the other way. */
 static uint32_t find_across(const struct surface *surface, uint32_t t, int c)
 {
@@ -146,9 +146,13 @@ static uint32_t find_across(const struct surface *surface, uint32_t t, int c)
             return SURFACE_NONE;
         met = true;
         const bool opposite = shorter == b ? next == a : last == b;
-        found = opposite ? (next == other ? last : next) : SURFACE_NONE;
+        found = opposite ? 3 * near + (corner + (next == other ? 2 : 1)) % 3 : SURFACE_NONE;
     }
-    return found;
+    /* Back to back on the same three vertices: one row would meet the edge twice. */
+    const bool folded =
+        met && found != SURFACE_NONE &&
+        surface->triangles[found / 3][found % 3] == surface->triangles[t][(c + 2) % 3];
+    return folded ? SURFACE_NONE : found;
 }
 
 static void find_neighbours(struct surface *surface, int threads)

@@ -12,7 +12,7 @@ struct surface {
     uint32_t vertex_count, triangle_count, unknown_count;
     uint32_t *unknown_of;     /* per vertex; SURFACE_NONE: no triangle uses it */
     uint32_t (*triangles)[3]; /* unknowns; degenerate ones are all SURFACE_NONE */
-    uint32_t (*across)[3];    /* unknown opposite to edge c → c+1 in the one triangle beyond it,
+    uint32_t (*across)[3];    /* beyond edge c → c+1: 3 × triangle + corner of the apex there;
                                  SURFACE_NONE: boundary, crowd, or the same winding */
     uint32_t *incident_start; /* unknown_count + 1 */
     uint32_t *incident;       /* 3 × triangle + corner */

@@ -1,0 +1,11 @@
+# CHOLMOD is the check of the solver, in the tests only (its simplicial part; nothing of it ships).
+find_library(CHOLMOD_LIBRARY cholmod)
+find_path(CHOLMOD_INCLUDE suitesparse/cholmod.h)
+cranny_test(lsq LAYERS bake)
+if(CHOLMOD_LIBRARY AND CHOLMOD_INCLUDE)
+    target_compile_definitions(test_lsq PRIVATE CRANNY_TEST_CHOLMOD=1)
+    target_include_directories(test_lsq SYSTEM PRIVATE ${CHOLMOD_INCLUDE})
+    target_link_libraries(test_lsq PRIVATE ${CHOLMOD_LIBRARY})
+else()
+    target_compile_definitions(test_lsq PRIVATE CRANNY_TEST_CHOLMOD=0)
+endif()
