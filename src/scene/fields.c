@@ -97,9 +97,8 @@ enum cranny_status value_index(const struct document *document, const struct pla
     if (!whole_number(value, &number))
         return fail_at(document, place, why, CRANNY_INPUT, "%s must be an index", name);
     if (number >= limit)
-        return fail_at(document, place, why, CRANNY_INPUT,
-                       "%s %llu does not exist; the file has %zu", name, (unsigned long long)number,
-                       limit);
+        return fail_at(document, place, why, CRANNY_INPUT, "%s %llu does not exist; there are %zu",
+                       name, (unsigned long long)number, limit);
     *index = (size_t)number;
     return CRANNY_OK;
 }
@@ -115,7 +114,8 @@ enum cranny_status field_index(const struct document *document, const struct pla
         return CRANNY_OK;
     if (limit > INT32_MAX)
         limit = INT32_MAX;
-    enum cranny_status status = value_index(document, place, member, name, limit, &index, why);
+    enum cranny_status status =
+        value_index(document, PLACE(place, name, NO_INDEX), member, name, limit, &index, why);
     if (status == CRANNY_OK)
         *value = (int)index;
     return status;
@@ -178,7 +178,7 @@ enum cranny_status document_item(const struct document *document, const char *ar
     *item = json_array_get(json_object_get(document->root, array), index);
     if (!*item)
         return fail_at(document, &place, why, CRANNY_INPUT,
-                       "does not exist, but is referred to; the file has %zu",
+                       "does not exist, but is referred to; there are %zu",
                        document_count(document, array));
     if (!json_is_object(*item))
         return fail_at(document, &place, why, CRANNY_INPUT, "must be an object");

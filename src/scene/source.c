@@ -66,9 +66,10 @@ static enum cranny_status open_draco(struct views *views, const struct place *pl
         return fail_at(document, place, why, CRANNY_INPUT, "the compressed bytes are broken: %s",
                        message);
     if (draco_points(source->draco) != source->count)
-        return fail_at(document, place, why, CRANNY_INPUT,
-                       "holds %zu vertices, but the POSITION accessor says %zu",
-                       draco_points(source->draco), source->count);
+        warn_at(document, place, "holds %zu vertices, but the POSITION accessor says %zu",
+                draco_points(source->draco), source->count);
+    /* encoders have written such files; the compressed data is what viewers show */
+    source->count = draco_points(source->draco);
     return CRANNY_OK;
 }
 
@@ -132,7 +133,8 @@ static bool draco_attribute(const struct vertex_source *source, const json_t *id
     const float scale = 1 / largest(accessor->type);
     for (size_t i = 0; integers && accessor->normalized && i < values; i++)
         out[i] = fmaxf(out[i] * scale, -1);
-    accessor_apply_sparse(accessor, out);
+    if (accessor->count <= source->count)
+        accessor_apply_sparse(accessor, out);
     return true;
 }
 #else
@@ -184,11 +186,16 @@ enum cranny_status source_floats(struct views *views, const struct vertex_source
                                             document_count(document, "accessors"), &index, why);
     if (status == CRANNY_OK && index < 0)
         return fail_at(document, &place, why, CRANNY_INPUT, "is missing");
-    if (status == CRANNY_OK)
-        status = counted_accessor(views, &place, index, source->count, components, &accessor, why);
     if (status != CRANNY_OK)
         return status;
     const json_t *id = source->draco ? json_object_get(source->draco_ids, name) : NULL;
+    status = id ? accessor_open(views, (size_t)index, &accessor, why)
+                : counted_accessor(views, &place, index, source->count, components, &accessor, why);
+    if (status != CRANNY_OK)
+        return status;
+    if (accessor.components != components)
+        return fail_at(document, &place, why, CRANNY_INPUT, "accessor %d has the wrong type",
+                       index);
     if (!id)
         accessor_floats(&accessor, out);
     else if (!draco_attribute(source, id, &accessor, out))
@@ -208,10 +215,10 @@ static enum cranny_status attribute_values(struct views *views, struct vertex_so
         return status;
     source->count = accessor.count;
     *components = accessor.components;
-    const uint64_t bytes = (uint64_t)accessor.count * (uint64_t)accessor.components * sizeof(float);
-    status = document_reserve(views->document, bytes, name, why);
+    status = source_open(views, object, source, why);
+    const uint64_t bytes = (uint64_t)source->count * (uint64_t)accessor.components * sizeof(float);
     if (status == CRANNY_OK)
-        status = source_open(views, object, source, why);
+        status = document_reserve(views->document, bytes, name, why);
     if (status != CRANNY_OK)
         return status;
     *values = alloc_array((size_t)bytes, 1);

@@ -1,0 +1,2 @@
+cranny_test(gltf LAYERS scene)
+cranny_test(variants LAYERS scene)
