@@ -389,6 +389,8 @@ static void furnish(struct world *world, const struct furniture *f, const struct
     world_add_node(world, "Table_%d", number, f->table, house, vec(0.5, floor, 1.0), 0.12);
     world_add_node(world, "Bench_%d_A", number, f->bench, house, vec(-0.25, floor, 0.95), 0.12);
     world_add_node(world, "Bench_%d_B", number, f->bench, house, vec(1.25, floor, 1.1), 0.16);
+    if (!h->fine)
+        return;
     world_add_node(world, "Shelf_%d", number, f->shelf, house, vec(1.0, floor, z - 0.24), LEVEL_PI);
     world_add_node(world, "Bed_%d", number, f->bed, house, vec(-x + 0.6, floor, -z + 1.1), 0);
     world_add_node(world, "Crate_%d_A", number, f->crate, house, vec(x - 0.5, floor, -z + 0.5),

@@ -16,9 +16,10 @@ static struct vec in_ball(uint32_t seed, uint32_t id)
 }
 
 /* Cards of leaves on the outside of an ellipsoid, facing outwards more or less. */
-static void leaves(struct builder *b, struct vec center, struct vec radii, int count, double size,
-                   int pieces, uint32_t seed)
+static void leaves(const struct world *world, struct builder *b, struct vec center,
+                   struct vec radii, int count, double size, int pieces, uint32_t seed)
 {
+    count = world->scale < 0.08 ? count / 3 : count;
     for (int i = 0; i < count; i++) {
         uint32_t id = (uint32_t)i;
         double y = 1 - 1.75 * (i + 0.5) / count, ring = sqrt(fmax(0, 1 - y * y)),
@@ -38,19 +39,20 @@ static int oak(struct world *world, uint32_t model)
     snprintf(mesh.name, sizeof mesh.name, "Oak_%c", (int)('A' + model));
     struct builder b = builder_at(&mesh, world->edge);
     const uint32_t seed = 40 + model;
-    int sides = world_count(world, 8, 4), bark = world_count(world, 6, 3);
-    int pieces = world_count(world, 1, 1);
+    int sides = world_detail(world, 8, 4), bark = world_detail(world, 6, 3);
+    int pieces = world_detail(world, 1, 1);
     struct vec fork = vec(0.15, 2.1, -0.1);
-    tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), fork, 0.34, 0.24, bark, world_count(world, 3, 1));
+    tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), fork, 0.34, 0.24, bark, world_detail(world, 3, 1));
     blob(&b, MATERIAL_OAK, vec(0.1, 4.4, 0), vec(1.7, 1.35, 1.7), 0.22, seed, sides);
-    leaves(&b, vec(0.1, 4.4, 0), vec(1.6, 1.3, 1.6), 16, 0.5, pieces, seed + 90);
+    leaves(world, &b, vec(0.1, 4.4, 0), vec(1.6, 1.3, 1.6), 16, 0.5, pieces, seed + 90);
     for (uint32_t i = 0; i < 4; i++) {
         double turn = 2 * LEVEL_PI * (i + 0.6 * chance(seed, i, 0)) / 4;
         double reach = 1.35 + 0.5 * chance(seed, i, 1), size = 1.05 + 0.4 * chance(seed, i, 2);
         struct vec at = vec(reach * cos(turn), 3.3 + 0.9 * chance(seed, i, 3), reach * sin(turn));
         tube(&b, MATERIAL_BARK, along(fork, vec(0, 1, 0), -0.25), at, 0.15, 0.07, bark, 2);
         blob(&b, MATERIAL_OAK, at, vec(size, size * 0.8, size), 0.24, seed + 7 * i + 1, sides);
-        leaves(&b, at, vec(size * 0.95, size * 0.78, size * 0.95), 9, 0.46, pieces, seed + i);
+        leaves(world, &b, at, vec(size * 0.95, size * 0.78, size * 0.95), 9, 0.46, pieces,
+               seed + i);
     }
     return world_add_mesh(world, &mesh);
 }
@@ -59,7 +61,7 @@ static int oak(struct world *world, uint32_t model)
 static void tier(struct world *world, struct builder *b, double low, double high, double radius,
                  double turn)
 {
-    int points = world_count(world, 7, 4);
+    int points = world_detail(world, 7, 4);
     uint32_t n = 2 * (uint32_t)points;
     const size_t first_triangle = b->mesh->surfaces[MATERIAL_PINE].triangle_count;
     uint32_t first = mesh_vertex(b->mesh, MATERIAL_PINE, vec(0, high, 0), vec(0, 1, 0), 0, 0);
@@ -91,8 +93,8 @@ static int pine(struct world *world, uint32_t model)
     snprintf(mesh.name, sizeof mesh.name, "Pine_%c", (int)('A' + model));
     struct builder b = builder_at(&mesh, world->edge);
     int tiers = 5 + (int)model;
-    tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), vec(0, 5.2, 0), 0.22, 0.06, world_count(world, 7, 4),
-         world_count(world, 4, 1));
+    tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), vec(0, 5.2, 0), 0.22, 0.06, world_detail(world, 7, 4),
+         world_detail(world, 4, 1));
     for (int i = 0; i < tiers; i++) {
         double t = (double)i / tiers, low = 0.9 + 4.6 * t;
         tier(world, &b, low, low + 1.75 - 0.45 * t, 1.75 * (1 - t) + 0.35, 0.9 * i);
@@ -106,9 +108,9 @@ static int birch(struct world *world, uint32_t model)
     snprintf(mesh.name, sizeof mesh.name, "Birch_%c", (int)('A' + model));
     struct builder b = builder_at(&mesh, world->edge);
     const uint32_t seed = 60 + model;
-    int sides = world_count(world, 6, 3), pieces = world_count(world, 1, 1);
+    int sides = world_detail(world, 6, 3), pieces = world_detail(world, 1, 1);
     struct vec top = vec(0.25, 5.4, 0.1);
-    tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), top, 0.17, 0.04, sides, world_count(world, 5, 1));
+    tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), top, 0.17, 0.04, sides, world_detail(world, 5, 1));
     for (uint32_t i = 0; i < 6; i++) {
         double turn = 2.4 * i, y = 2.2 + 0.5 * i;
         struct vec root = vec(0.05 * y, y, 0.02 * y);
@@ -116,8 +118,8 @@ static int birch(struct world *world, uint32_t model)
              0.02, sides, 1);
     }
     struct vec crown = vec(0.2, 4.3, 0.1);
-    leaves(&b, crown, vec(1.3, 1.9, 1.3), 26, 0.62, pieces, seed);
-    leaves(&b, crown, vec(0.7, 1.1, 0.7), 10, 0.55, pieces, seed + 5);
+    leaves(world, &b, crown, vec(1.3, 1.9, 1.3), 26, 0.62, pieces, seed);
+    leaves(world, &b, crown, vec(0.7, 1.1, 0.7), 10, 0.55, pieces, seed + 5);
     return world_add_mesh(world, &mesh);
 }
 
@@ -126,12 +128,12 @@ static int shrub(struct world *world, uint32_t model)
     struct mesh mesh = {0};
     snprintf(mesh.name, sizeof mesh.name, "Shrub_%c", (int)('A' + model));
     struct builder b = builder_at(&mesh, world->edge);
-    int pieces = world_count(world, 1, 1);
+    int pieces = world_detail(world, 1, 1);
     if (model < 2) {
         blob(&b, MATERIAL_SHRUB, vec(0, 0.28, 0), vec(0.46, 0.36 + 0.1 * model, 0.42), 0.2,
-             80 + model, world_count(world, 6, 4));
-        leaves(&b, vec(0, 0.28, 0), vec(0.46, 0.36 + 0.12 * model, 0.42), 9 + 2 * (int)model, 0.26,
-               pieces, 83 + model);
+             80 + model, world_detail(world, 6, 4));
+        leaves(world, &b, vec(0, 0.28, 0), vec(0.46, 0.36 + 0.12 * model, 0.42), 9 + 2 * (int)model,
+               0.26, pieces, 83 + model);
         return world_add_mesh(world, &mesh);
     }
     for (int i = 0; i < 3; i++) {

@@ -10,6 +10,12 @@ int world_count(const struct world *world, double at_scale_1, int minimum)
     return count < minimum ? minimum : (int)lround(count);
 }
 
+int world_detail(const struct world *world, double at_scale_1, int minimum)
+{
+    double count = at_scale_1 * sqrt(sqrt(world->scale));
+    return count < minimum ? minimum : (int)lround(count);
+}
+
 static bool make_room(void **items, size_t *capacity, size_t count, size_t size)
 {
     if (count < *capacity)

@@ -69,6 +69,10 @@ int world_add_node(struct world *world, const char *format, int number, int mesh
 /* A number that grows with the scale like its square root: sides, counts. */
 int world_count(const struct world *world, double at_scale_1, int minimum);
 
+/* The same for what is also more numerous at a larger scale: with its square in triangles and the
+ * square root in copies the whole grows like the scale. */
+int world_detail(const struct world *world, double at_scale_1, int minimum);
+
 double terrain_height(const struct terrain *terrain, double x, double z);
 /* 0 off the path, 1 on it. */
 double terrain_path(const struct terrain *terrain, double x, double z);
