@@ -108,8 +108,8 @@ export function members(document, name) {
     return Array.isArray(list) ? list : [];
 }
 
-// The bytes of buffer `index`; `folder`: where relative URIs start. null when they cannot be had.
-export function bufferBytes(document, index, folder = document.folder) {
+// The bytes of buffer `index`; null when they cannot be had.
+export function bufferBytes(document, index) {
     const buffer = members(document, 'buffers')[index];
     if (!(buffer instanceof Map))
         return null;
@@ -121,7 +121,7 @@ export function bufferBytes(document, index, folder = document.folder) {
     const data = /^data:[^,]*?(;base64)?,([^]*)$/.exec(uri);
     if (data)
         return data[1] ? Buffer.from(data[2], 'base64') : Buffer.from(decodeURIComponent(data[2]), 'latin1');
-    const file = path.resolve(folder, decodeURIComponent(uri));
+    const file = path.resolve(document.folder, decodeURIComponent(uri));
     return fs.existsSync(file) && fs.statSync(file).isFile() ? fs.readFileSync(file) : null;
 }
 
@@ -132,12 +132,15 @@ const componentReaders = {
 export const componentsOf = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4 };
 
 // Plain (not sparse, not compressed) accessor as rows of numbers, normalised integers as floats.
-export function accessorRows(document, index, folder) {
+// Without a bufferView all is 0.
+export function accessorRows(document, index) {
     const accessor = members(document, 'accessors')[index];
-    const view = members(document, 'bufferViews')[accessor.get('bufferView')];
-    const bytes = bufferBytes(document, view.get('buffer'), folder);
-    const [size, read, full] = componentReaders[accessor.get('componentType')];
     const width = componentsOf[accessor.get('type')];
+    if (!accessor.has('bufferView'))
+        return Array.from({ length: accessor.get('count') }, () => new Array(width).fill(0));
+    const view = members(document, 'bufferViews')[accessor.get('bufferView')];
+    const bytes = bufferBytes(document, view.get('buffer'));
+    const [size, read, full] = componentReaders[accessor.get('componentType')];
     const stride = view.get('byteStride') ?? size * width;
     const first = (view.get('byteOffset') ?? 0) + (accessor.get('byteOffset') ?? 0);
     const scale = accessor.get('normalized') ? 1 / full : 1;

@@ -39,7 +39,7 @@ export class Undo {
             return after instanceof Map ? this.sameObject(before, after, path) : this.say(path, 'is no object any more');
         if (Array.isArray(before))
             return Array.isArray(after) ? this.sameArray(before, after, path) : this.say(path, 'is no array any more');
-        if (!Object.is(before, after) && !this.mayChange(before, after, path))
+        if (before !== after && !this.mayChange(before, after, path))
             this.say(path, `was ${JSON.stringify(before)}, is ${after instanceof Map ? 'an object' : JSON.stringify(after)}`);
     }
 
