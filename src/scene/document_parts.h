@@ -54,6 +54,8 @@ enum cranny_status uri_resolve(const struct document *document, const char *uri,
 
 /* Folder of a path, with its final slash; "" for none. malloced. */
 char *path_folder(const char *path);
+/* Whether `path`, with its links followed, lies in `folder` ("" is the current one). */
+bool path_within(const char *path, const char *folder);
 
 /* Bytes of a buffer without keeping them in the document: *owned is malloced or NULL. */
 enum cranny_status document_fetch_buffer(const struct document *document, size_t index,

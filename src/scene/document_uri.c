@@ -205,8 +205,7 @@ static char *join_path(const char *folder, const char *relative)
     return path;
 }
 
-/* Whether `path`, with its links followed, lies in `folder` ("" is the current one). */
-static bool lies_within(const char *path, const char *folder)
+bool path_within(const char *path, const char *folder)
 {
     char *real_folder = realpath(*folder ? folder : ".", NULL), *real_path = realpath(path, NULL);
     const size_t length = real_folder ? strlen(real_folder) : 0;
@@ -235,7 +234,7 @@ static enum cranny_status locate(const struct document *document, const char *re
                       *path, strerror(errno));
     } else if (!S_ISREG(info.st_mode)) {
         status = fail(why, CRANNY_INPUT, "%s: %s: %s is not a file", document->path, where, *path);
-    } else if (!document->allow_outside && !lies_within(*path, folder)) {
+    } else if (!document->allow_outside && !path_within(*path, folder)) {
         status = fail(why, CRANNY_INPUT,
                       "%s: %s: '%s' leaves the scene's folder; pass --allow-outside to read it",
                       document->path, where, relative);
