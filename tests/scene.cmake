@@ -1,2 +1,5 @@
+cranny_test(scene LAYERS scene TIMEOUT 300)
 cranny_test(gltf LAYERS scene)
 cranny_test(variants LAYERS scene)
+cranny_test(document LAYERS scene)
+cranny_test(write LAYERS scene)
