@@ -304,9 +304,14 @@ static enum cranny_status run(struct job *job, struct cranny_error *why)
     if (status == CRANNY_OK)
         status = read_scene(job, why);
     if (status == CRANNY_OK) {
+        struct cranny_error own = {0};
         job->params.hooks = &job->ui.hooks;
         job->ui.rays_per_sample = job->params.adaptive ? 0 : job->params.rays;
-        status = cranny_bake_create(job->scene, &job->params, &job->bake, why);
+        status = cranny_bake_create(job->scene, &job->params, &job->bake, &own);
+        if (status == CRANNY_INPUT)
+            refuse(why, status, "%s: %s", job->input, own.message);
+        else if (status != CRANNY_OK)
+            *why = own;
     }
     if (status == CRANNY_OK) {
         cranny_bake_get_report(job->bake, &job->report);
