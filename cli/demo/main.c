@@ -12,6 +12,7 @@
 
 #define PICTURE_WIDTH 1280
 #define PICTURE_HEIGHT 800
+#define RAYS_TO_SHOW 64 /* at least: pictures of rooms show noise that a game level hides */
 
 static const char help[] =
     "usage: cranny-demo SCENE -o FOLDER [--rays N] [--quiet]\n"
@@ -22,7 +23,7 @@ static const char help[] =
     "  before-N.png, after-N.png   from the file's first three cameras, or from views around it\n"
     "  SCENE-ao.glb                the baked scene\n"
     "\n"
-    "  --rays N   rays per sample; default: as cranny bake\n"
+    "  --rays N   rays per sample; default: as cranny bake, but at least 64\n"
     "  --quiet    no progress on stderr\n"
     "\n"
     "example: cranny-level -o level.glb && cranny-demo level.glb -o demo\n";
@@ -104,6 +105,7 @@ static enum cranny_status name_output(struct demo *demo, struct cranny_error *wh
     snprintf(demo->output_name, length + sizeof "-ao.glb", "%s-ao.glb", demo->stem);
     demo->page.scene_path = demo->options->scene;
     demo->page.scene_name = name;
+    demo->page.folder = demo->options->folder;
     demo->page.output_name = demo->output_name;
     return CRANNY_OK;
 }
@@ -187,6 +189,8 @@ static enum cranny_status bake(struct demo *demo, const struct cranny_hooks *hoo
                                struct cranny_error *why)
 {
     demo->page.params = cranny_bake_params_default();
+    if (demo->page.params.rays < RAYS_TO_SHOW)
+        demo->page.params.rays = RAYS_TO_SHOW;
     demo->page.params.hooks = hooks;
     enum cranny_status status = CRANNY_OK;
     if (demo->options->rays)

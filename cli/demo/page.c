@@ -165,11 +165,13 @@ static void commands(FILE *out, const struct page *page)
 {
     fputs("<h2>Do it yourself</h2>\n<pre>cranny bake ", out);
     shell_word(out, page->scene_path);
-    fputs(" -o ", out);
+    fprintf(out, " --set rays=%d -o ", page->params.rays);
     shell_word(out, page->output_name);
     fputs("\ncranny-demo ", out);
     shell_word(out, page->scene_path);
-    fputs(" -o demo        # this page</pre>\n<p>The baked file is <a href=\"", out);
+    fprintf(out, " --rays %d -o ", page->params.rays);
+    shell_word(out, page->folder);
+    fputs("   # this page</pre>\n<p>The baked file is <a href=\"", out);
     text(out, page->output_name);
     fputs("\">", out);
     text(out, page->output_name);

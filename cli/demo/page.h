@@ -8,7 +8,7 @@
 
 struct page {
     const char *scene_path, *scene_name; /* as given; its last part */
-    const char *output_name;             /* of the baked file, in the page's folder */
+    const char *folder, *output_name;    /* of the page; of the baked file in it */
     int width, height, view_count;       /* pictures before-N.png and after-N.png, N from 1 */
     const char *view_names[VIEW_LIMIT];
     struct cranny_scene_info info;
