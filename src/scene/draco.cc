@@ -3,12 +3,52 @@
 #include <cstdio>
 #include <cstring>
 #include <draco/compression/decode.h>
+#include <draco/core/varint_decoding.h>
+#include <draco/metadata/metadata_decoder.h>
 #include <exception>
 #include <memory>
 
 struct draco_geometry {
     std::unique_ptr<draco::Mesh> mesh;
 };
+
+/* Draco bitstream 2.2: "DRACO", version, encoder type, method, flags; then the metadata; then, for
+ * edgebreaker, a traversal type; then the counts. */
+static bool read_claims(draco::DecoderBuffer *buffer, uint32_t counts[2], bool *edgebreaker)
+{
+    uint8_t head[9], traversal;
+    uint16_t flags;
+    if (!buffer->Decode(head, sizeof head) || std::memcmp(head, "DRACO", 5) ||
+        !buffer->Decode(&flags, sizeof flags))
+        return false;
+    const uint16_t version = static_cast<uint16_t>(head[5] << 8 | head[6]);
+    buffer->set_bitstream_version(version);
+    *edgebreaker = head[8] == 1;
+    if (version < 0x0202)
+        return true;
+    draco::GeometryMetadata metadata;
+    if (flags & 0x8000 && !draco::MetadataDecoder().DecodeGeometryMetadata(buffer, &metadata))
+        return false;
+    if (*edgebreaker && !buffer->Decode(&traversal, sizeof traversal))
+        return false;
+    return draco::DecodeVarint(&counts[0], buffer) && draco::DecodeVarint(&counts[1], buffer);
+}
+
+bool draco_claims(const void *data, size_t size, uint64_t *triangles, uint64_t *points)
+{
+    try {
+        draco::DecoderBuffer buffer;
+        uint32_t counts[2] = {0, 0};
+        bool edgebreaker = false;
+        buffer.Init(static_cast<const char *>(data), size);
+        const bool good = read_claims(&buffer, counts, &edgebreaker);
+        *triangles = counts[edgebreaker ? 1 : 0];
+        *points = counts[edgebreaker ? 0 : 1];
+        return good;
+    } catch (...) {
+        return false;
+    }
+}
 
 struct draco_geometry *draco_decode(const void *data, size_t size, char *message,
                                     size_t message_size)

@@ -12,6 +12,10 @@ extern "C" {
 
 struct draco_geometry;
 
+/* The counts that the stream's header claims, so that they can be refused before decoding. False
+ * when it cannot be read. (Streams older than 2.2 place them elsewhere: zeros.) */
+bool draco_claims(const void *data, size_t size, uint64_t *triangles, uint64_t *points);
+
 /* NULL on failure, with one line in `message`. */
 struct draco_geometry *draco_decode(const void *data, size_t size, char *message,
                                     size_t message_size);

@@ -26,26 +26,20 @@ enum cranny_status counted_accessor(struct views *views, const struct place *pla
 }
 
 #if CRANNY_HAVE_DRACO
-static enum cranny_status reserve_draco(struct views *views, const json_t *primitive,
-                                        const struct vertex_source *source, size_t bytes,
-                                        struct cranny_error *why)
+/* libdraco holds some 100 bytes a vertex and a triangle while it decodes. */
+static enum cranny_status reserve_draco(struct views *views, const struct place *place,
+                                        const struct view *view, struct cranny_error *why)
 {
-    struct accessor indices = {0};
-    const json_t *index = json_object_get(primitive, "indices");
-    enum cranny_status status = CRANNY_OK;
-    if (json_is_integer(index) && json_integer_value(index) >= 0)
-        status = accessor_open(views, (size_t)json_integer_value(index), &indices, why);
-    if (status != CRANNY_OK)
-        return status;
-    /* what libdraco holds while it decodes: about 100 bytes a vertex and 16 an index */
-    return document_reserve(views->document,
-                            bytes + 100 * (uint64_t)source->count + 16 * (uint64_t)indices.count,
-                            "Draco geometry", why);
+    uint64_t triangles, points;
+    if (!draco_claims(view->data, view->size, &triangles, &points))
+        return fail_at(views->document, place, why, CRANNY_INPUT,
+                       "the compressed bytes are broken: their header cannot be read");
+    return document_reserve(views->document, 100 * (triangles + points), "Draco geometry", why);
 }
 
 static enum cranny_status open_draco(struct views *views, const struct place *place,
-                                     const json_t *primitive, const json_t *extension,
-                                     struct vertex_source *source, struct cranny_error *why)
+                                     const json_t *extension, struct vertex_source *source,
+                                     struct cranny_error *why)
 {
     struct document *document = views->document;
     int index;
@@ -58,7 +52,7 @@ static enum cranny_status open_draco(struct views *views, const struct place *pl
     if (status == CRANNY_OK)
         status = views_get(views, (size_t)index, &view, why);
     if (status == CRANNY_OK)
-        status = reserve_draco(views, primitive, source, view.size, why);
+        status = reserve_draco(views, place, &view, why);
     if (status != CRANNY_OK)
         return status;
     source->draco = draco_decode(view.data, view.size, message, sizeof message);
@@ -93,7 +87,7 @@ enum cranny_status source_open(struct views *views, const json_t *primitive,
     if (!json_object_get(ids, "POSITION"))
         return fail_at(views->document, &place, why, CRANNY_INPUT, "has no attributes.POSITION");
     source->draco_ids = ids;
-    return open_draco(views, &place, primitive, extension, source, why);
+    return open_draco(views, &place, extension, source, why);
 }
 
 void source_close(struct vertex_source *source)
