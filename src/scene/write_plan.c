@@ -1,5 +1,7 @@
 #include "scene/write.h"
 
+#include <inttypes.h>
+
 #include "base/sequence.h"
 
 static size_t find_slot(const struct pair_map *map, uint64_t a, uint64_t b)
@@ -159,6 +161,25 @@ static enum cranny_status point_nodes(struct write *write, const int *node_group
     return CRANNY_OK;
 }
 
+/* All attributes of a primitive have the count of its POSITION accessor; a Draco stream that holds
+ * another number of vertices leaves no valid place for values of its own. */
+static bool part_fits(const struct write *write, const json_t *primitive,
+                      const struct mesh_part *part)
+{
+    const json_t *position = json_object_get(json_object_get(primitive, "attributes"), "POSITION");
+    const json_t *accessor = json_array_get(json_object_get(write->edit.root, "accessors"),
+                                            (size_t)json_integer_value(position));
+    const json_int_t count = json_integer_value(json_object_get(accessor, "count"));
+    if (count == part->vertex_count)
+        return true;
+    hook_warn(write->params->hooks,
+              "%s: a Draco-compressed primitive gets no values: it holds %" PRIu32
+              " vertices, but its POSITION accessor says %" JSON_INTEGER_FORMAT
+              "; compress the file again",
+              write->document->path, part->vertex_count, count);
+    return false;
+}
+
 static enum cranny_status map_parts(struct write *write, struct write_group *group,
                                     struct cranny_error *why)
 {
@@ -170,9 +191,12 @@ static enum cranny_status map_parts(struct write *write, struct write_group *gro
     group->part_of = alloc_array(group->primitive_count, sizeof *group->part_of);
     if (!group->part_of)
         return fail_memory(why, "primitives");
-    for (uint32_t p = 0; p < mesh->part_count; p++)
-        if (mesh->parts[p].primitive < group->primitive_count)
-            group->part_of[mesh->parts[p].primitive] = p + 1;
+    for (uint32_t p = 0; p < mesh->part_count; p++) {
+        const struct mesh_part *part = &mesh->parts[p];
+        const json_t *primitive = json_array_get(group->primitives, part->primitive);
+        if (primitive && part_fits(write, primitive, part))
+            group->part_of[part->primitive] = p + 1;
+    }
     return CRANNY_OK;
 }
 
