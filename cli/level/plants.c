@@ -139,7 +139,7 @@ static int shrub(struct world *world, uint32_t model)
     for (int i = 0; i < 3; i++) {
         double turn = LEVEL_PI * i / 3;
         card(&b, MATERIAL_GRASS, vec(0, 0.24, 0), vec(0.36 * cos(turn), 0, 0.36 * sin(turn)),
-             vec(0, 0.28, 0), vec(sin(turn), 0, -cos(turn)), pieces);
+             vec(0, 0.28, 0), vec(-sin(turn), 0, cos(turn)), pieces);
     }
     return world_add_mesh(world, &mesh);
 }

@@ -54,7 +54,7 @@ uint8_t *texture_png(enum texture texture, size_t *size)
 {
     static coverage_fn *const shapes[TEXTURE_COUNT] = {fence_at, leaves_at, grass_at};
     static const double colors[TEXTURE_COUNT][3] = {
-        {222, 208, 180}, {134, 158, 60}, {140, 158, 72}};
+        {222, 208, 180}, {160, 182, 84}, {196, 205, 112}};
     uint8_t *rgba = malloc(SIZE * SIZE * 4), *png = NULL;
     for (int i = 0; rgba && i < SIZE * SIZE; i++) {
         double shade;
