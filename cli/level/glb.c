@@ -22,6 +22,8 @@ struct writer {
 static void append(struct writer *w, const void *data, size_t size)
 {
     size_t need = w->bin.size + size;
+    if (size == 0)
+        return;
     if (need > w->bin.capacity) {
         size_t capacity = w->bin.capacity * 2 > need ? w->bin.capacity * 2 : need + 65536;
         uint8_t *grown = realloc(w->bin.data, capacity);
