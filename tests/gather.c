@@ -403,6 +403,21 @@ static void test_planes(void)
     CHECK_NEAR(at(tracer, (vec3){5, 2, 0}, (vec3){1, 0, 0}, &params, &back), 0.5, 0.005);
     CHECK(back == 0);
     CHECK_NEAR(at(tracer, (vec3){5, 2, 0}, (vec3){0, -1, 0}, &params, &back), 0, 0);
+    cranny_tracer_destroy(&tracer);
+    /* A ground above a face hides it: else its back would be seen from above. */
+    add_quad(scene, (double[3]){-9, 1, -9}, (double[3]){18, 0, 0}, (double[3]){0, 0, 18}, 0);
+    with_ground.ground_height = 2;
+    CHECK_OK(cranny_tracer_create(scene, &with_ground, &tracer, &why), why);
+    CHECK_NEAR(at(tracer, (vec3){0, 3, 0}, (vec3){0, -1, 0}, &params, &back), 0, 0);
+    CHECK(back == 0);
+    cranny_tracer_destroy(&tracer);
+    tracer = new_tracer(scene);
+    at(tracer, (vec3){0, 3, 0}, (vec3){0, -1, 0}, &params, &back);
+    CHECK(back > 0.5f);
+    finish(&tracer, &scene);
+    scene = new_scene();
+    add_quad(scene, (double[3]){-1, 0, -1}, (double[3]){0, 0, 2}, (double[3]){2, 0, 0}, 0);
+    tracer = new_tracer(scene);
     /* Rays of a shading normal that leans over its face are kept above the face. */
     float visibility[1][2];
     CHECK_OK(cranny_gather(tracer, 1, (const vec3[1]){{0, 0, 0}}, (const vec3[1]){{0.8f, 0.6f, 0}},

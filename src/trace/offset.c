@@ -3,7 +3,8 @@
  * Three roundings can put a face above a point on it: of the point, of the face's corners (each
  * half a unit in the last place of its coordinates, 2^-25 relative, in three axes), and of Embree's
  * v0 − origin and its dot product with the normal (2^-24 of the face's extent, a few times over).
- * tests/gather.c scans the factor: docs/measurements/trace.md has the outcome. */
+ * A scan over coordinates to 1e5 and faces of 1 cm to 1 km (tests/gather.c) sees the first hits at
+ * 2^-24; 2^-21 leaves 8 times that for the transforms of instances. */
 #include "trace/tracer.h"
 
 float ray_offset(const float position[3], float extent)
