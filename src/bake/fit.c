@@ -9,6 +9,8 @@
 #define TRIANGLES_PER_SUM 8192
 /* Multiplications that a solve may take in all; big systems get fewer iterations. */
 #define SOLVE_BUDGET 2e10
+/* Rays a sample at which `alpha` is meant. */
+#define ALPHA_RAYS 8.0
 #define ITERATIONS_MIN 200
 #define ITERATIONS_MAX 3000
 
@@ -96,7 +98,8 @@ static enum cranny_status solve(const struct fit *fit, struct fit_report *report
     struct lsq_params params = lsq_params_default();
     struct lsq_system system;
     struct lsq_outcome outcome;
-    params.alpha = fit->params->alpha;
+    /* Noise falls with the rays, and what is less noisy needs less smoothing. */
+    params.alpha = fit->params->alpha * ALPHA_RAYS / fit->params->rays;
     params.threads = fit->threads;
     enum cranny_status status =
         lsq_build(&fit->surface, fit->terms, (const double(*)[2])fit->x, &params, &system, why);
