@@ -52,29 +52,6 @@ static int compare_outcomes(const void *a, const void *b)
     return (x->seconds > y->seconds) - (x->seconds < y->seconds);
 }
 
-static enum cranny_status baseline_instance(const struct cranny_scene *scene,
-                                            const struct cranny_tracer *tracer, uint32_t instance,
-                                            const struct cranny_gather_params *gather,
-                                            float short_weight, float *values,
-                                            struct cranny_error *why)
-{
-    const uint32_t mesh = cranny_scene_instance(scene, instance)->mesh;
-    const uint32_t count = cranny_scene_mesh(scene, mesh)->vertex_count;
-    float(*positions)[3] = calloc(count + 1, sizeof *positions);
-    float(*normals)[3] = calloc(count + 1, sizeof *normals);
-    float(*both)[2] = calloc(count + 1, sizeof *both);
-    world_vertices(scene, instance, positions, normals);
-    enum cranny_status status =
-        cranny_gather(tracer, count, (const float(*)[3])positions, (const float(*)[3])normals, NULL,
-                      gather, both, NULL, why);
-    for (uint32_t v = 0; v < count; v++)
-        values[v] = (1 - short_weight) * both[v][0] + short_weight * both[v][1];
-    free(positions);
-    free(normals);
-    free(both);
-    return status;
-}
-
 static float **values_alloc(const struct cranny_scene *scene)
 {
     const uint32_t count = cranny_scene_instance_count(scene);
@@ -93,6 +70,34 @@ static void values_free(const struct cranny_scene *scene, float **values)
     free(values);
 }
 
+static uint32_t vertices_of(const struct cranny_scene *scene, uint32_t instance)
+{
+    return cranny_scene_mesh(scene, cranny_scene_instance(scene, instance)->mesh)->vertex_count;
+}
+
+/* The vertices of all instances, one after the other, in one go: the baseline must not pay for many
+ * small calls. */
+static void list_vertices(const struct cranny_scene *scene, float (*positions)[3],
+                          float (*normals)[3])
+{
+    size_t first = 0;
+    for (uint32_t i = 0; i < cranny_scene_instance_count(scene); i++) {
+        world_vertices(scene, i, positions + first, normals + first);
+        first += vertices_of(scene, i);
+    }
+}
+
+static void blend_vertices(const struct cranny_scene *scene, const float (*both)[2],
+                           float short_weight, float **values)
+{
+    for (uint32_t i = 0; i < cranny_scene_instance_count(scene); i++) {
+        const uint32_t count = vertices_of(scene, i);
+        for (uint32_t v = 0; v < count; v++)
+            values[i][v] = (1 - short_weight) * both[v][0] + short_weight * both[v][1];
+        both += count;
+    }
+}
+
 static enum cranny_status run_baseline(const struct cranny_scene *scene,
                                        const struct cranny_tracer *tracer,
                                        const struct truth *truth, const struct options *options,
@@ -107,14 +112,22 @@ static enum cranny_status run_baseline(const struct cranny_scene *scene,
     gather.distances[1] = options->bake.distance_short;
     gather.kernel = (enum cranny_kernel)options->bake.kernel;
     gather.threads = options->bake.threads;
+    const size_t count = (size_t)cranny_scene_vertex_count(scene);
     float **values = values_alloc(scene);
-    enum cranny_status status = CRANNY_OK;
+    float(*positions)[3] = calloc(count + 1, sizeof *positions);
+    float(*normals)[3] = calloc(count + 1, sizeof *normals);
+    float(*both)[2] = calloc(count + 1, sizeof *both);
     const double start = now();
-    for (uint32_t i = 0; status == CRANNY_OK && i < cranny_scene_instance_count(scene); i++)
-        status = baseline_instance(scene, tracer, i, &gather, options->bake.short_weight, values[i],
-                                   why);
+    list_vertices(scene, positions, normals);
+    enum cranny_status status =
+        cranny_gather(tracer, count, (const float(*)[3])positions, (const float(*)[3])normals, NULL,
+                      &gather, both, NULL, why);
     outcome->seconds = now() - start + seconds_bvh;
+    blend_vertices(scene, (const float(*)[2])both, options->bake.short_weight, values);
     outcome->rms = truth_rms(truth, scene, (const float *const *)values);
+    free(positions);
+    free(normals);
+    free(both);
     values_free(scene, values);
     return status;
 }

@@ -5,7 +5,7 @@
 #include <omp.h>
 
 /* Targets above this many triangles are fitted one after the other with all threads. */
-#define BIG_TRIANGLES 20000u
+#define BIG_TRIANGLES 60000u
 
 struct cranny_bake {
     struct cranny_bake_report report;

@@ -11,7 +11,7 @@ struct lsq_params lsq_params_default(void)
     return (struct lsq_params){.alpha = 0.2,
                                .ridge = 1e-7,
                                .pull = 0.5,
-                               .tolerance = 1e-5,
+                               .tolerance = 1e-4,
                                .iterations_max = 2000,
                                .threads = 1};
 }
