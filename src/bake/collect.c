@@ -12,6 +12,9 @@
 /* With few rays a sample's share of back faces is noisy; it is drawn toward its face's mean as if
  * that had been seen by this many rays more. */
 #define POOL_RAYS 4.0
+/* Visibilities below which the front of a two-sided sheet counts as the inside of a solid. */
+#define CLOSED_IN_LONG 0.02f
+#define CLOSED_IN_SHORT 0.25f
 
 /* A run of one target's triangles. */
 struct work {
@@ -28,6 +31,7 @@ struct batch {
     struct gather_point points[BATCH];
     struct gather_result results[BATCH];
     uint64_t ids[BATCH];
+    bool two_sided[BATCH];
     int count;
     uint64_t rays;
 };
@@ -37,6 +41,7 @@ struct collector {
     const struct cranny_tracer *tracer;
     const struct gather_plan *gather;
     struct samples *samples;
+    float back_limit;
     int batch_limit; /* points traced without a look at the cancel flag */
     struct trace_progress progress;
 };
@@ -94,6 +99,46 @@ static bool list_work(const struct plan *plan, int rays, struct work_list *list)
     return true;
 }
 
+static bool buried(const struct collector *collector, const struct gather_result *result)
+{
+    return (double)result->behind > (double)collector->back_limit * result->rays;
+}
+
+/* Nothing escapes, and what there is lies well within the short distance: the inside of a solid
+ * that was modelled inside out, where no face shows its back. */
+static bool closed_in(const struct gather_result *result)
+{
+    return result->visibility[0] < CLOSED_IN_LONG && result->visibility[1] < CLOSED_IN_SHORT;
+}
+
+/* A two-sided sheet whose front is inside of something is seen from its other side only. */
+static bool other_side_shows(const struct collector *collector, const struct gather_result *front,
+                             const struct gather_result *other)
+{
+    if (buried(collector, other))
+        return false;
+    return buried(collector, front) || other->visibility[1] > 2 * front->visibility[1];
+}
+
+static void turn_sheets(struct collector *collector, struct batch *batch)
+{
+    for (int i = 0; i < batch->count; i++) {
+        const struct gather_result *front = &batch->results[i];
+        if (!batch->two_sided[i] || !(buried(collector, front) || closed_in(front)))
+            continue;
+        struct gather_point point = batch->points[i];
+        for (int k = 0; k < 3; k++) {
+            point.normal[k] = -point.normal[k];
+            point.face_normal[k] = -point.face_normal[k];
+        }
+        struct gather_result other;
+        gather_points(collector->tracer, collector->gather, &point, 1, &other);
+        batch->rays += other.rays;
+        if (other_side_shows(collector, front, &other))
+            batch->results[i] = other;
+    }
+}
+
 static void flush(struct collector *collector, struct batch *batch)
 {
     trace_advance(&collector->progress, batch->count);
@@ -101,6 +146,7 @@ static void flush(struct collector *collector, struct batch *batch)
         batch->count = 0;
     gather_points(collector->tracer, collector->gather, batch->points, (size_t)batch->count,
                   batch->results);
+    turn_sheets(collector, batch);
     for (int i = 0; i < batch->count; i++) {
         const struct gather_result *result = &batch->results[i];
         struct sample *sample = &collector->samples->values[batch->ids[i]];
@@ -225,6 +271,7 @@ static void collect_triangle(struct collector *collector, const struct target *t
     const uint32_t first = target->sample_start[triangle];
     const uint32_t count = target->sample_start[triangle + 1] - first;
     const struct cranny_mesh *mesh = plan_mesh(plan, target);
+    const bool two_sided = plan->scene->materials[mesh->triangle_materials[triangle]].double_sided;
     struct placed placed = {.good = false};
     uint32_t shown = UINT32_MAX;
     for (uint32_t s = 0; s < count; s++) {
@@ -240,6 +287,7 @@ static void collect_triangle(struct collector *collector, const struct target *t
         double l[3];
         sample_barycentrics(plan->shift, id, l);
         make_point(&placed, l, id, &batch->points[batch->count]);
+        batch->two_sided[batch->count] = two_sided;
         batch->ids[batch->count++] = id;
         if (batch->count == collector->batch_limit)
             flush(collector, batch);
@@ -344,6 +392,7 @@ static enum cranny_status run(const struct plan *plan, const struct cranny_trace
         .tracer = tracer,
         .gather = gather,
         .samples = samples,
+        .back_limit = params->back_limit,
         .batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1)),
         .progress = {.hooks = params->hooks, .total = (double)plan->sample_count},
     };
