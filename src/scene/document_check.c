@@ -122,6 +122,8 @@ static enum cranny_status check_asset(const struct document *document, struct cr
                     "%s: /asset: missing; a glTF must say \"asset\": {\"version\": "
                     "\"2.0\"}",
                     document->path);
+    if (json_number_value(json_object_get(asset, "version")) == 1)
+        version = "1.0";
     if (!parse_version(version, &major, &minor))
         return fail(why, CRANNY_INPUT, "%s: /asset/version: not a text such as \"2.0\"",
                     document->path);

@@ -181,9 +181,27 @@ static bool is_outside_file(const json_t *object)
     return uri && !uri_is_data(uri);
 }
 
+/* By content: extensions and the file's own claim can be wrong. */
+static const char *data_type(const uint8_t *data, size_t size)
+{
+    static const struct {
+        size_t at, size;
+        const char *mark, *type;
+    } kinds[] = {{0, 8, "\x89PNG\r\n\x1a\n", "image/png"},
+                 {0, 3, "\xff\xd8\xff", "image/jpeg"},
+                 {8, 4, "WEBP", "image/webp"},
+                 {4, 8, "ftypavif", "image/avif"},
+                 {0, 6, "\xabKTX 2", "image/ktx2"}};
+    for (size_t i = 0; i < COUNT_OF(kinds); i++)
+        if (size >= kinds[i].at + kinds[i].size &&
+            memcmp(data + kinds[i].at, kinds[i].mark, kinds[i].size) == 0)
+            return kinds[i].type;
+    return BUFFER_TYPE;
+}
+
 /* Replace the URI of an outside file by its bytes. */
 static enum cranny_status embed_file(struct saving *saving, json_t *object, const char *where,
-                                     const char *type, struct cranny_error *why)
+                                     struct cranny_error *why)
 {
     const char *uri = json_string_value(json_object_get(object, "uri"));
     uint8_t *data;
@@ -192,25 +210,9 @@ static enum cranny_status embed_file(struct saving *saving, json_t *object, cons
     if (status != CRANNY_OK)
         return status;
     struct file_part part = {data, size};
-    status = set_data_uri(object, type, &part, 1, why);
+    status = set_data_uri(object, data_type(data, size), &part, 1, why);
     free(data);
     return status;
-}
-
-static const char *image_type(const json_t *image)
-{
-    const char *type = json_string_value(json_object_get(image, "mimeType"));
-    const char *uri = json_string_value(json_object_get(image, "uri"));
-    const char *dot = uri ? strrchr(uri, '.') : NULL;
-    if (type)
-        return type;
-    static const char *const types[][2] = {{".png", "image/png"},   {".jpg", "image/jpeg"},
-                                           {".jpeg", "image/jpeg"}, {".webp", "image/webp"},
-                                           {".ktx2", "image/ktx2"}, {".avif", "image/avif"}};
-    for (size_t i = 0; dot && i < COUNT_OF(types); i++)
-        if (strcasecmp(dot, types[i][0]) == 0)
-            return types[i][1];
-    return BUFFER_TYPE;
 }
 
 /* Let the appended bytes follow the first `size` ones of buffer 0. */
@@ -272,7 +274,7 @@ static enum cranny_status embed_list(struct saving *saving, const char *list,
             continue;
         struct cranny_error problem = {0};
         snprintf(where, sizeof where, "/%s/%zu/uri", list, i);
-        enum cranny_status status = embed_file(saving, item, where, image_type(item), &problem);
+        enum cranny_status status = embed_file(saving, item, where, &problem);
         if (status == CRANNY_INPUT)
             hook_warn(saving->edit->hooks, "%s; the output names it still", problem.message);
         else if (status != CRANNY_OK)

@@ -83,15 +83,30 @@ enum cranny_status write_attribute(struct write *write, json_t *primitive, const
     return CRANNY_OK;
 }
 
-/* One or two floats a vertex, made once for each run of vertices. */
-static enum cranny_status scalar_accessor(struct write *write, size_t group_index,
-                                          const struct mesh_part *part, size_t *accessor,
-                                          struct cranny_error *why)
+size_t write_count(const struct write *write, const json_t *primitive, const struct mesh_part *part)
 {
-    const struct write_group *group = &write->groups[group_index];
+    const json_t *position = json_object_get(json_object_get(primitive, "attributes"), "POSITION");
+    const json_t *accessors = json_object_get(write->document->root, "accessors");
+    const json_t *accessor = json_is_integer(position) && json_integer_value(position) >= 0
+                                 ? json_array_get(accessors, (size_t)json_integer_value(position))
+                                 : NULL;
+    const json_int_t declared = json_integer_value(json_object_get(accessor, "count"));
+    const size_t count = part->vertex_count;
+    /* A count far above the points there are is a lie that would cost memory. */
+    return declared > (json_int_t)count && (uint64_t)declared / 16 < count ? (size_t)declared
+                                                                           : count;
+}
+
+/* One or two floats a vertex, made once for each run of vertices. */
+static enum cranny_status scalar_accessor(struct write *write, size_t g, size_t primitive,
+                                          size_t *accessor, struct cranny_error *why)
+{
+    const struct write_group *group = &write->groups[g];
+    const struct mesh_part *part =
+        &write->scene->meshes[group->mesh].parts[group->part_of[primitive] - 1];
     const bool two = write->params->raw;
-    const size_t count = part->vertex_count, first = part->vertex_first;
-    struct pair_entry *known = pair_map_at(&write->accessors, group_index, first);
+    const size_t count = write_count(write, json_array_get(group->primitives, primitive), part);
+    struct pair_entry *known = pair_map_at(&write->accessors, g, part->vertex_first);
     if (!known)
         return fail_memory(why, "_AO");
     *accessor = known->value;
@@ -101,9 +116,9 @@ static enum cranny_status scalar_accessor(struct write *write, size_t group_inde
     if (!floats)
         return fail_memory(why, "_AO");
     for (size_t i = 0; i < count; i++) {
-        floats[two ? 2 * i : i] = two ? group->raw_long[first + i] : group->visibility[first + i];
+        floats[two ? 2 * i : i] = part_value(two ? group->raw_long : group->visibility, part, i);
         if (two)
-            floats[2 * i + 1] = group->raw_short[first + i];
+            floats[2 * i + 1] = part_value(group->raw_short, part, i);
     }
     struct write_accessor what = {.data = floats,
                                   .size = count * (two ? 8 : 4),
@@ -121,14 +136,13 @@ enum cranny_status write_scalar(struct write *write, struct cranny_error *why)
     enum cranny_status status = CRANNY_OK;
     for (size_t g = 0; g < write->group_count; g++) {
         const struct write_group *group = &write->groups[g];
-        const struct mesh *mesh = &write->scene->meshes[group->mesh];
         if (write->params->raw && (!group->raw_long || !group->raw_short))
             return fail(why, CRANNY_USAGE, "both distances are to be written, but not given");
         for (size_t p = 0; status == CRANNY_OK && p < group->primitive_count; p++) {
             size_t accessor;
             if (!group->part_of[p])
                 continue;
-            status = scalar_accessor(write, g, &mesh->parts[group->part_of[p] - 1], &accessor, why);
+            status = scalar_accessor(write, g, p, &accessor, why);
             if (status == CRANNY_OK)
                 status = write_attribute(write, json_array_get(group->primitives, p), "_AO",
                                          accessor, why);
@@ -140,11 +154,12 @@ enum cranny_status write_scalar(struct write *write, struct cranny_error *why)
 /* Old colours times visibility, as 4 normalised 16-bit numbers a vertex; the fourth is unused
  * padding when `components` is 3. */
 static void multiply_colors(const struct write_group *group, const struct mesh_part *part,
-                            const float *old, size_t old_count, int components, uint16_t (*out)[4])
+                            const float *old, size_t old_count, int components, size_t count,
+                            uint16_t (*out)[4])
 {
-    for (size_t i = 0; i < part->vertex_count; i++) {
+    for (size_t i = 0; i < count; i++) {
         const float visibility =
-            (float)visibility_u16(group->visibility[part->vertex_first + i]) / 65535;
+            (float)visibility_u16(part_value(group->visibility, part, i)) / 65535;
         const float *color = i < old_count ? old + i * (size_t)components : NULL;
         for (int c = 0; c < 3; c++)
             out[i][c] = visibility_u16(color ? fminf(color[c], 1) * visibility : visibility);
@@ -170,15 +185,16 @@ static enum cranny_status color_accessor(struct write *write, size_t g, size_t p
         components = 4;
         old_count = 0;
     }
-    uint16_t(*colors)[4] = alloc_array(part->vertex_count, sizeof *colors);
+    const size_t count = write_count(write, json_array_get(group->primitives, primitive), part);
+    uint16_t(*colors)[4] = alloc_array(count, sizeof *colors);
     if (colors) {
-        multiply_colors(group, part, old, old_count, components, colors);
+        multiply_colors(group, part, old, old_count, components, count, colors);
         struct write_accessor what = {.data = colors,
-                                      .size = part->vertex_count * sizeof *colors,
+                                      .size = count * sizeof *colors,
                                       .stride = components == 3 ? 8 : 0,
                                       .component_type = COMPONENT_U16,
                                       .normalized = true,
-                                      .count = part->vertex_count,
+                                      .count = count,
                                       .type = components == 3 ? "VEC3" : "VEC4"};
         status = write_accessor(write, &what, accessor, why);
     } else {

@@ -68,6 +68,17 @@ json_t *write_list(struct write *write, const char *name);
 enum cranny_status write_append(struct write *write, const char *list, json_t *object,
                                 size_t *index, struct cranny_error *why);
 
+/* How many values the primitives of `part` get: its vertices, or what POSITION declares when that
+ * is more, as for Draco streams with fewer points than their accessors say. */
+size_t write_count(const struct write *write, const json_t *primitive,
+                   const struct mesh_part *part);
+
+/* Value i of a part; those that are only declared are open. */
+static inline float part_value(const float *values, const struct mesh_part *part, size_t i)
+{
+    return i < part->vertex_count ? values[part->vertex_first + i] : 1;
+}
+
 /* A visibility as a normalised 16-bit integer; anything that is no number counts as open. */
 static inline uint16_t visibility_u16(float value)
 {

@@ -347,11 +347,10 @@ static enum cranny_status set_materials(struct occlusion *occlusion, json_t *pri
 }
 
 static enum cranny_status set_accessor(struct occlusion *occlusion, size_t g,
-                                       const struct mesh_part *part, size_t *accessor,
+                                       const struct mesh_part *part, size_t count, size_t *accessor,
                                        struct cranny_error *why)
 {
     struct write *write = occlusion->write;
-    const size_t count = part->vertex_count;
     struct pair_entry *known = pair_map_at(&write->accessors, g, part->vertex_first);
     if (!known)
         return fail_memory(why, "values");
@@ -362,7 +361,7 @@ static enum cranny_status set_accessor(struct occlusion *occlusion, size_t g,
     if (!pairs)
         return fail_memory(why, "values");
     for (size_t i = 0; i < count; i++) {
-        pairs[i][0] = visibility_u16(write->groups[g].visibility[part->vertex_first + i]);
+        pairs[i][0] = visibility_u16(part_value(write->groups[g].visibility, part, i));
         pairs[i][1] = 32768;
     }
     struct write_accessor what = {.data = pairs,
@@ -411,10 +410,10 @@ static enum cranny_status apply_primitive(struct occlusion *occlusion, size_t g,
     json_t *primitive = json_array_get(group->primitives, p);
     const uint32_t set = occlusion->sets[g][p];
     char name[32];
-    size_t accessor;
-    enum cranny_status status = fill_sets(occlusion, primitive, set, part->vertex_count, why);
+    size_t accessor, count = write_count(write, primitive, part);
+    enum cranny_status status = fill_sets(occlusion, primitive, set, count, why);
     if (status == CRANNY_OK)
-        status = set_accessor(occlusion, g, part, &accessor, why);
+        status = set_accessor(occlusion, g, part, count, &accessor, why);
     snprintf(name, sizeof name, "TEXCOORD_%u", set);
     if (status == CRANNY_OK)
         status = write_attribute(write, primitive, name, accessor, why);
