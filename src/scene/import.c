@@ -364,6 +364,23 @@ static enum cranny_status convert(struct import *import, struct document **docum
     return status;
 }
 
+/* assimp's PLY reader counts to whatever the header says, past the end of the file. */
+static enum cranny_status check_ply(const char *path, FILE *file, long size,
+                                    struct cranny_error *why)
+{
+    char line[256], magic[4] = {0};
+    rewind(file);
+    if (fread(magic, 1, 3, file) != 3 || memcmp(magic, "ply", 3) != 0)
+        return CRANNY_OK;
+    while (fgets(line, sizeof line, file) && strncmp(line, "end_header", 10) != 0) {
+        unsigned long long count;
+        if (sscanf(line, " element %*s %llu", &count) == 1 && count > (unsigned long long)size)
+            return fail(why, CRANNY_INPUT, "%s: its header promises %llu elements in %ld bytes",
+                        path, count, size);
+    }
+    return CRANNY_OK;
+}
+
 static enum cranny_status check_file(const char *path, uint64_t memory_limit,
                                      struct cranny_error *why)
 {
@@ -375,7 +392,10 @@ static enum cranny_status check_file(const char *path, uint64_t memory_limit,
     const size_t got = fread(magic, 1, 4, file);
     const bool unreadable = ferror(file);
     const long size = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : 0;
+    enum cranny_status status = unreadable ? CRANNY_OK : check_ply(path, file, size, why);
     fclose(file);
+    if (status != CRANNY_OK)
+        return status;
     if (unreadable)
         return fail(why, CRANNY_INPUT, "%s: cannot be read; is it a folder?", path);
     if (!got)
