@@ -37,6 +37,7 @@ struct cranny_bake_params {
     int sampler;                 /* enum cranny_sampler */
     int fit;                     /* enum cranny_fit */
     float alpha;                 /* of the edge regulariser, eq. 2 */
+    bool tune;                   /* adapt alpha to each connected piece, by hold-out */
     float back_limit;            /* share of back-face rays above which a sample is buried; 1: never */
     float intensity, contrast;   /* remap: clamp(1 − intensity (1 − v)) ^ contrast */
     bool adaptive;               /* fewer rays where the first ones find nothing near */
@@ -97,29 +98,42 @@ CRANNY_API enum cranny_status cranny_scene_save(const struct cranny_scene *scene
                                                 const struct cranny_save_params *params,
                                                 struct cranny_error *why);
 
+/* How a picture is made, not what it shows. */
+struct cranny_preview_params {
+    int threads;                      /* 0 (default): all cores; never changes the result */
+    const struct cranny_hooks *hooks; /* may be NULL; stages "bvh", "preview" */
+};
+
+CRANNY_API struct cranny_preview_params cranny_preview_params_default(void);
+
 /* A picture of the baked values: grey clay times visibility, sky white-blue, for a quick look.
  * Dark pictures (rooms) are brightened, as an eye would, by up to 5.
- * `rgb`: width × height × 3 bytes, rows top to bottom. `camera`: index of a camera of the scene;
- * -1: the file's first, else a view chosen from the bounds. `bake` NULL: the scene before. */
+ * `bake` NULL: the scene before. `camera`: index of a camera of the scene; -1: the file's first,
+ * else cranny_preview_default_view. `width`, `height`: 1 to 16384. `params` NULL means defaults.
+ * `rgb`: width × height × 3 bytes, rows top to bottom; unspecified on failure.
+ * CRANNY_USAGE for numbers out of range, CRANNY_CANCELLED from the progress hook. */
 CRANNY_API enum cranny_status cranny_preview_render(const struct cranny_scene *scene,
                                                     const struct cranny_bake *bake, int camera,
-                                                    int width, int height, uint8_t *rgb,
-                                                    struct cranny_error *why);
+                                                    int width, int height,
+                                                    const struct cranny_preview_params *params,
+                                                    uint8_t *rgb, struct cranny_error *why);
 
 /* The view that cranny_preview_render takes when the file has no camera: from the front, right and
  * above, so that everything fits a picture of `aspect` (width over height); or, where the outside
- * shows mostly back faces (a room), the longest look from a place within. */
-CRANNY_API enum cranny_status cranny_preview_default_view(const struct cranny_scene *scene,
-                                                          float aspect, struct cranny_camera *view,
-                                                          struct cranny_error *why);
+ * shows mostly back faces (a room), the longest look from a place within. `params` as there. */
+CRANNY_API enum cranny_status
+cranny_preview_default_view(const struct cranny_scene *scene, float aspect,
+                            const struct cranny_preview_params *params, struct cranny_camera *view,
+                            struct cranny_error *why);
 
 /* The same picture from a view of one's own; its `name` is not read. CRANNY_USAGE when its numbers
  * make no picture. */
 CRANNY_API enum cranny_status cranny_preview_render_view(const struct cranny_scene *scene,
                                                          const struct cranny_bake *bake,
                                                          const struct cranny_camera *view, int width,
-                                                         int height, uint8_t *rgb,
-                                                         struct cranny_error *why);
+                                                         int height,
+                                                         const struct cranny_preview_params *params,
+                                                         uint8_t *rgb, struct cranny_error *why);
 
 #ifdef __cplusplus
 }

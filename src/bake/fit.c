@@ -3,6 +3,7 @@
 
 #include "bake/fill.h"
 #include "bake/lsq.h"
+#include "bake/tune.h"
 #include "trace/gather.h"
 
 /* Triangles summed up before the sums are added: fixed, so that threads do not change the bits. */
@@ -13,6 +14,9 @@
 #define ALPHA_RAYS 8.0
 #define ITERATIONS_MIN 200
 #define ITERATIONS_MAX 3000
+
+/* Which samples take part. */
+enum half { BOTH_HALVES, EVEN_HALF, ODD_HALF };
 
 struct fit {
     const struct plan *plan;
@@ -25,7 +29,15 @@ struct fit {
     struct lsq_term *terms; /* per triangle */
     double (*x)[2];         /* per unknown */
     uint8_t *known;         /* per unknown: has a valid sample near */
+    float *smooth;          /* per unknown: factor of α; NULL: 1 */
+    enum half half;
 };
+
+static bool takes_part(const struct fit *fit, uint64_t id, enum half half)
+{
+    return fit->samples->valid[id] &&
+           (half == BOTH_HALVES || (id & 1) == (half == ODD_HALF ? 1 : 0));
+}
 
 static void add_triangle(const struct fit *fit, uint32_t t)
 {
@@ -36,7 +48,7 @@ static void add_triangle(const struct fit *fit, uint32_t t)
     const double weight = metric_area(target->metric, fit->mesh, t) / (end - first);
     for (uint32_t s = first; s < end; s++) {
         const uint64_t id = target->sample_base + s;
-        if (!fit->samples->valid[id])
+        if (!takes_part(fit, id, fit->half))
             continue;
         const struct sample *sample = &fit->samples->values[id];
         const double f[2] = {sample_value(sample, 0), sample_value(sample, 1)};
@@ -48,6 +60,7 @@ static void add_triangle(const struct fit *fit, uint32_t t)
 
 static void add_samples(const struct fit *fit)
 {
+    memset(fit->terms, 0, fit->surface.triangle_count * sizeof *fit->terms);
 #pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
     for (uint32_t t = 0; t < fit->surface.triangle_count; t++)
         add_triangle(fit, t);
@@ -92,15 +105,22 @@ static void splat_buried(const struct fit *fit)
     }
 }
 
-static enum cranny_status solve(const struct fit *fit, struct fit_report *report,
-                                struct cranny_error *why)
+static struct lsq_params solver_params(const struct fit *fit)
 {
     struct lsq_params params = lsq_params_default();
-    struct lsq_system system;
-    struct lsq_outcome outcome;
     /* Noise falls with the rays, and what is less noisy needs less smoothing. */
     params.alpha = fit->params->alpha * ALPHA_RAYS / fit->params->rays;
     params.threads = fit->threads;
+    params.smooth = fit->smooth;
+    return params;
+}
+
+static enum cranny_status solve(const struct fit *fit, struct fit_report *report,
+                                struct cranny_error *why)
+{
+    struct lsq_params params = solver_params(fit);
+    struct lsq_system system;
+    struct lsq_outcome outcome;
     enum cranny_status status =
         lsq_build(&fit->surface, fit->terms, (const double(*)[2])fit->x, &params, &system, why);
     if (status != CRANNY_OK)
@@ -118,7 +138,7 @@ static enum cranny_status solve(const struct fit *fit, struct fit_report *report
 }
 
 /* Squared distance of a triangle's samples from the fit, in the blended value. */
-static void compare_triangle(const struct fit *fit, uint32_t t, double sum[2])
+static void compare_triangle(const struct fit *fit, uint32_t t, enum half half, double sum[2])
 {
     const struct target *target = fit->target;
     const uint32_t first = target->sample_start[t], end = target->sample_start[t + 1];
@@ -129,7 +149,7 @@ static void compare_triangle(const struct fit *fit, uint32_t t, double sum[2])
     const double blend[2] = {1 - fit->params->short_weight, fit->params->short_weight};
     for (uint32_t s = first; s < end; s++) {
         const uint64_t id = target->sample_base + s;
-        if (!fit->samples->valid[id])
+        if (!takes_part(fit, id, half))
             continue;
         double l[3], difference = 0;
         sample_barycentrics(fit->plan->shift, id, l);
@@ -154,13 +174,52 @@ static enum cranny_status compare(const struct fit *fit, struct fit_report *repo
     for (size_t i = 0; i < pieces; i++)
         for (size_t t = i * TRIANGLES_PER_SUM; t < (i + 1) * TRIANGLES_PER_SUM && t < triangles;
              t++)
-            compare_triangle(fit, (uint32_t)t, sums[i]);
+            compare_triangle(fit, (uint32_t)t, BOTH_HALVES, sums[i]);
     for (size_t i = 0; i < pieces; i++) {
         report->squares += sums[i][0];
         report->weight += sums[i][1];
     }
     free(sums);
     return CRANNY_OK;
+}
+
+/* tune_score_fn: the held-out half's opinion. */
+static void judge_fit(void *user, const double (*x)[2], struct tune_score *scores)
+{
+    const struct fit *fit = user;
+    (void)x; /* is fit->x */
+#pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
+    for (uint32_t t = 0; t < fit->surface.triangle_count; t++) {
+        const uint32_t count = fit->target->sample_start[t + 1] - fit->target->sample_start[t];
+        const double area = metric_area(fit->target->metric, fit->mesh, t);
+        double sum[2] = {0, 0};
+        compare_triangle(fit, t, ODD_HALF, sum);
+        scores[t] = (struct tune_score){sum[0], area > 0 ? sum[1] / area * count : 0};
+    }
+}
+
+static enum cranny_status splat_all(struct fit *fit, enum half half, struct fit_report *report,
+                                    struct cranny_error *why)
+{
+    fit->half = half;
+    add_samples(fit);
+    splat(fit);
+    splat_buried(fit);
+    return fill_unknowns(&fit->surface, fit->known, fit->x, &report->lost_components, why);
+}
+
+/* Find each piece's α, with the even samples for the fit and the odd ones for its judge. */
+static enum cranny_status tune(struct fit *fit, struct fit_report *report, struct cranny_error *why)
+{
+    fit->smooth = alloc_array(fit->surface.unknown_count, sizeof *fit->smooth);
+    if (!fit->smooth)
+        return fail_memory(why, "fit");
+    const struct lsq_params params = solver_params(fit);
+    enum cranny_status status = splat_all(fit, EVEN_HALF, report, why);
+    if (status == CRANNY_OK)
+        status = tune_smoothness(&fit->surface, fit->terms, &params, fit->x, judge_fit, fit,
+                                 fit->smooth, why);
+    return status;
 }
 
 static void clamp_unknowns(const struct fit *fit)
@@ -201,6 +260,7 @@ static void fit_end(struct fit *fit)
     free(fit->terms);
     free(fit->x);
     free(fit->known);
+    free(fit->smooth);
 }
 
 enum cranny_status fit_target(const struct plan *plan, const struct samples *samples, size_t index,
@@ -217,12 +277,10 @@ enum cranny_status fit_target(const struct plan *plan, const struct samples *sam
                       .threads = threads};
     *report = (struct fit_report){0};
     enum cranny_status status = fit_begin(&fit, fit.mesh->triangle_count, report, why);
-    if (status == CRANNY_OK) {
-        add_samples(&fit);
-        splat(&fit);
-        splat_buried(&fit);
-        status = fill_unknowns(&fit.surface, fit.known, fit.x, &report->lost_components, why);
-    }
+    if (status == CRANNY_OK && params->fit == CRANNY_FIT_LEAST_SQUARES && params->tune)
+        status = tune(&fit, report, why);
+    if (status == CRANNY_OK)
+        status = splat_all(&fit, BOTH_HALVES, report, why);
     if (status == CRANNY_OK && params->fit == CRANNY_FIT_LEAST_SQUARES)
         status = solve(&fit, report, why);
     if (status == CRANNY_OK) {

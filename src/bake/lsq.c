@@ -66,7 +66,7 @@ bool lsq_edge(const double p0[3], const double p1[3], const double p2[3], const 
 struct row {
     uint32_t *slots; /* index of a column + 1, 0: free */
     uint32_t *columns;
-    double *values;
+    double *values, *rough; /* M + αR, and R alone */
     uint32_t count, slot_mask;
     size_t capacity;
 };
@@ -76,6 +76,7 @@ static void row_free(struct row *row)
     free(row->slots);
     free(row->columns);
     free(row->values);
+    free(row->rough);
 }
 
 /* Empty the row and make room for a vertex of `valence` triangles. */
@@ -90,7 +91,8 @@ static bool row_begin(struct row *row, uint32_t valence)
         row->slots = alloc_array(slots, sizeof *row->slots);
         row->columns = alloc_array(slots, sizeof *row->columns);
         row->values = alloc_array(slots, sizeof *row->values);
-        if (!row->slots || !row->columns || !row->values)
+        row->rough = alloc_array(slots, sizeof *row->rough);
+        if (!row->slots || !row->columns || !row->values || !row->rough)
             return false;
     }
     row->count = 0;
@@ -99,17 +101,18 @@ static bool row_begin(struct row *row, uint32_t valence)
     return true;
 }
 
-static void row_add(struct row *row, uint32_t column, double value)
+static void row_add(struct row *row, uint32_t column, double value, double rough)
 {
     uint32_t slot = (column * 0x9e3779b9u >> 12) & row->slot_mask;
     while (row->slots[slot] && row->columns[row->slots[slot] - 1] != column)
         slot = (slot + 1) & row->slot_mask;
     if (!row->slots[slot]) {
         row->columns[row->count] = column;
-        row->values[row->count] = 0;
+        row->values[row->count] = row->rough[row->count] = 0;
         row->slots[slot] = ++row->count;
     }
     row->values[row->slots[slot] - 1] += value;
+    row->rough[row->slots[slot] - 1] += rough;
 }
 
 /* Add α r_e[self] r_eᵀ for the edge from corner `c` of triangle `t`, where `self` is the row's
@@ -117,8 +120,8 @@ static void row_add(struct row *row, uint32_t column, double value)
  * smoothing (a departure from eq. 2; -11 % error on Sponza, -10 % on an indoor level). The edge is
  * always run from its lower vertex, so that both sides get the same bits. */
 static void row_add_edge(struct row *row, const struct surface *surface,
-                         const struct lsq_term *terms, uint32_t t, int c, uint32_t self,
-                         double alpha)
+                         const struct lsq_term *terms, const float *smooth, uint32_t t, int c,
+                         uint32_t self, double alpha)
 {
     const uint32_t *corner = surface->triangles[t];
     const uint32_t beyond = surface->across[t][c];
@@ -135,32 +138,33 @@ static void row_add_edge(struct row *row, const struct surface *surface,
     if (!lsq_edge(p[v[0]], p[v[1]], p[v[2]], p[v[3]], r))
         return;
     double own = 0;
-    alpha /= fmax(0.5 * (terms[t].count + terms[beyond / 3].count), 1);
+    const double factor = (smooth ? (double)smooth[self] : 1) /
+                          fmax(0.5 * (terms[t].count + terms[beyond / 3].count), 1);
     for (int k = 0; k < 4; k++)
         own += v[k] == self ? r[k] : 0;
     for (int k = 0; k < 4; k++)
-        row_add(row, v[k], alpha * own * r[k]);
+        row_add(row, v[k], alpha * factor * own * r[k], factor * own * r[k]);
 }
 
 /* One row of M + αR, and the row's b. Every edge that a vertex touches shows up once: as the one
  * opposite to it, or as the one that starts at it. */
 static void fill_row(struct row *row, const struct surface *surface, const struct lsq_term *terms,
-                     uint32_t self, double alpha, double right[2])
+                     const float *smooth, uint32_t self, double alpha, double right[2])
 {
     right[0] = right[1] = 0;
-    row_add(row, self, 0);
+    row_add(row, self, 0, 0);
     for (uint32_t i = surface->incident_start[self]; i < surface->incident_start[self + 1]; i++) {
         const uint32_t t = surface->incident[i] / 3, c = surface->incident[i] % 3;
         const uint32_t next = (c + 1) % 3, last = (c + 2) % 3;
         const struct lsq_term *term = &terms[t];
-        row_add(row, self, term->m[c]);
-        row_add(row, surface->triangles[t][next], term->m[3 + c]);
-        row_add(row, surface->triangles[t][last], term->m[3 + last]);
+        row_add(row, self, term->m[c], 0);
+        row_add(row, surface->triangles[t][next], term->m[3 + c], 0);
+        row_add(row, surface->triangles[t][last], term->m[3 + last], 0);
         right[0] += term->b[0][c];
         right[1] += term->b[1][c];
         if (alpha > 0) {
-            row_add_edge(row, surface, terms, t, (int)next, self, alpha);
-            row_add_edge(row, surface, terms, t, (int)c, self, alpha);
+            row_add_edge(row, surface, terms, smooth, t, (int)next, self, alpha);
+            row_add_edge(row, surface, terms, smooth, t, (int)c, self, alpha);
         }
     }
 }
@@ -169,22 +173,32 @@ struct builder {
     const struct surface *surface;
     const struct lsq_term *terms;
     const double (*prior)[2];
+    const float *smooth;
     double alpha, ridge, pull;
+    bool retunable;
     struct lsq_system *system;
 };
 
 /* Columns grow as rows come; the piece is cut to size at the end. */
-static bool store_row(struct lsq_chunk *chunk, size_t *column_capacity, size_t *value_capacity,
-                      uint32_t local, const struct row *row)
+struct capacity {
+    size_t column, value, rough;
+};
+
+static bool store_row(struct lsq_chunk *chunk, struct capacity *capacity, uint32_t local,
+                      const struct row *row, bool retunable)
 {
     const uint32_t used = chunk->start[local];
     const size_t need = (size_t)used + row->count;
     if (need > UINT32_MAX ||
-        !grow_array((void **)&chunk->column, column_capacity, need, sizeof *chunk->column) ||
-        !grow_array((void **)&chunk->value, value_capacity, need, sizeof *chunk->value))
+        !grow_array((void **)&chunk->column, &capacity->column, need, sizeof *chunk->column) ||
+        !grow_array((void **)&chunk->value, &capacity->value, need, sizeof *chunk->value) ||
+        (retunable &&
+         !grow_array((void **)&chunk->rough, &capacity->rough, need, sizeof *chunk->rough)))
         return false;
     memcpy(chunk->column + used, row->columns, row->count * sizeof *row->columns);
     memcpy(chunk->value + used, row->values, row->count * sizeof *row->values);
+    if (retunable)
+        memcpy(chunk->rough + used, row->rough, row->count * sizeof *row->rough);
     chunk->start[local + 1] = (uint32_t)need;
     return true;
 }
@@ -217,23 +231,24 @@ static bool build_chunk(const struct builder *builder, size_t index, struct row 
     struct lsq_chunk *chunk = &system->chunks[index];
     const uint32_t first = (uint32_t)(index * LSQ_CHUNK);
     const uint32_t rows = system->count - first < LSQ_CHUNK ? system->count - first : LSQ_CHUNK;
-    size_t column_capacity = 0, value_capacity = 0;
+    struct capacity capacity = {0};
     chunk->start = alloc_array((size_t)rows + 1, sizeof *chunk->start);
     bool good = chunk->start &&
-                grow_array((void **)&chunk->column, &column_capacity, rows * 16, 4) &&
-                grow_array((void **)&chunk->value, &value_capacity, rows * 16, 8);
+                grow_array((void **)&chunk->column, &capacity.column, rows * 16, 4) &&
+                grow_array((void **)&chunk->value, &capacity.value, rows * 16, 8);
     for (uint32_t i = 0; good && i < rows; i++) {
         const uint32_t self = first + i;
         const uint32_t *start = &builder->surface->incident_start[self];
         if (!row_begin(row, start[1] - start[0]))
             return false;
-        fill_row(row, builder->surface, builder->terms, self, builder->alpha, system->right[self]);
+        fill_row(row, builder->surface, builder->terms, builder->smooth, self, builder->alpha,
+                 system->right[self]);
         const double ridge = builder->ridge + pull_of(builder, self);
         row->values[0] += ridge;
         for (int s = 0; s < 2; s++)
             system->right[self][s] += ridge * builder->prior[self][s];
         system->diagonal[self] = row->values[0];
-        good = store_row(chunk, &column_capacity, &value_capacity, i, row);
+        good = store_row(chunk, &capacity, i, row, builder->retunable);
     }
     if (good)
         cut_chunk(chunk, chunk->start[rows]);
@@ -255,6 +270,7 @@ enum cranny_status lsq_build(const struct surface *surface, const struct lsq_ter
 {
     const uint32_t count = surface->unknown_count;
     *system = (struct lsq_system){.count = count,
+                                  .alpha = params->alpha,
                                   .chunk_count = ((size_t)count + LSQ_CHUNK - 1) / LSQ_CHUNK};
     system->chunks = alloc_array(system->chunk_count, sizeof *system->chunks);
     system->diagonal = alloc_array(count, sizeof *system->diagonal);
@@ -268,6 +284,8 @@ enum cranny_status lsq_build(const struct surface *surface, const struct lsq_ter
     const struct builder builder = {.surface = surface,
                                     .terms = terms,
                                     .prior = prior,
+                                    .smooth = params->smooth,
+                                    .retunable = params->retunable,
                                     .alpha = params->alpha,
                                     .ridge = params->ridge * (mass > 0 ? mass : 1),
                                     .pull = params->pull,
@@ -294,12 +312,28 @@ enum cranny_status lsq_build(const struct surface *surface, const struct lsq_ter
     return fail_memory(why, "least squares");
 }
 
+void lsq_set_alpha(struct lsq_system *system, double alpha)
+{
+    const double more = alpha - system->alpha;
+    for (size_t i = 0; i < system->chunk_count; i++) {
+        const struct lsq_chunk *chunk = &system->chunks[i];
+        const size_t first = i * LSQ_CHUNK;
+        const size_t rows = system->count - first < LSQ_CHUNK ? system->count - first : LSQ_CHUNK;
+        for (uint32_t e = 0; e < chunk->start[rows]; e++)
+            chunk->value[e] += more * chunk->rough[e];
+        for (size_t row = 0; row < rows; row++)
+            system->diagonal[first + row] = chunk->value[chunk->start[row]];
+    }
+    system->alpha = alpha;
+}
+
 void lsq_free(struct lsq_system *system)
 {
     for (size_t i = 0; i < system->chunk_count; i++) {
         free(system->chunks[i].start);
         free(system->chunks[i].column);
         free(system->chunks[i].value);
+        free(system->chunks[i].rough);
     }
     free(system->chunks);
     free(system->diagonal);

@@ -36,6 +36,8 @@ struct lsq_params {
     double tolerance; /* rms of a last Jacobi step, in units of the signal */
     int iterations_max;
     int threads;
+    const float *smooth; /* per unknown: factor of α, the same within a connected piece; NULL: 1 */
+    bool retunable;      /* keep R apart, for lsq_set_alpha */
 };
 
 struct lsq_params lsq_params_default(void);
@@ -46,6 +48,7 @@ struct lsq_chunk {
     uint32_t *start; /* rows of the piece + 1 */
     uint32_t *column;
     double *value;
+    double *rough; /* R's part of value / α; NULL unless retunable */
 };
 
 struct lsq_system {
@@ -55,12 +58,15 @@ struct lsq_system {
     double *diagonal;
     double (*right)[2];
     uint64_t entry_count;
+    double alpha;
 };
 
 /* Build the matrix and right-hand sides; `prior`: unknown_count × 2. */
 enum cranny_status lsq_build(const struct surface *surface, const struct lsq_term *terms,
                              const double (*prior)[2], const struct lsq_params *params,
                              struct lsq_system *system, struct cranny_error *why);
+/* Another α for a retunable system. */
+void lsq_set_alpha(struct lsq_system *system, double alpha);
 void lsq_free(struct lsq_system *system);
 
 struct lsq_outcome {

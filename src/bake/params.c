@@ -96,6 +96,13 @@ static const struct cranny_param rows[] = {
      .help =
          "smoothness of the least-squares fit: weight of gradient jumps across edges, at 8 rays "
          "and one sample a face; more of either need less and get less"},
+    {.name = FIELD(tune),
+     .type = CRANNY_PARAM_BOOL,
+     .unit = "",
+     .minimum = 0,
+     .maximum = 1,
+     .fallback = 1,
+     .help = "adapt alpha to each connected piece: half of the samples judge fits to the others"},
     {.name = FIELD(back_limit),
      .type = CRANNY_PARAM_FLOAT,
      .unit = "",
