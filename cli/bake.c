@@ -278,7 +278,7 @@ static enum cranny_status write_scene(struct job *job, struct cranny_error *why)
     return status;
 }
 
-static enum cranny_status write_preview(const struct job *job, struct cranny_error *why)
+static enum cranny_status write_preview(struct job *job, struct cranny_error *why)
 {
     if (!job->options.preview)
         return CRANNY_OK;
@@ -288,8 +288,12 @@ static enum cranny_status write_preview(const struct job *job, struct cranny_err
     if (!pixels)
         return refuse(why, CRANNY_MEMORY, "--preview-size: %zux%zu does not fit in memory", width,
                       height);
-    enum cranny_status status = cranny_preview_render(
-        job->scene, job->bake, job->options.preview_camera, (int)width, (int)height, pixels, why);
+    struct cranny_preview_params preview = cranny_preview_params_default();
+    preview.threads = job->params.threads;
+    preview.hooks = &job->ui.hooks;
+    enum cranny_status status =
+        cranny_preview_render(job->scene, job->bake, job->options.preview_camera, (int)width,
+                              (int)height, &preview, pixels, why);
     if (status == CRANNY_OK)
         status = cranny_png_write(job->options.preview, (int)width, (int)height, 3, pixels,
                                   3 * width, why);
@@ -317,6 +321,8 @@ static enum cranny_status run(struct job *job, struct cranny_error *why)
         cranny_bake_get_report(job->bake, &job->report);
         status = write_scene(job, why);
     }
+    if (status == CRANNY_OK)
+        job->ui.written = job->output;
     double preview_s = clock_s();
     if (status == CRANNY_OK)
         status = write_preview(job, why);

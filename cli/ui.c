@@ -207,7 +207,9 @@ int exit_status(enum cranny_status status)
 int ui_fail(struct ui *ui, const struct cranny_error *why)
 {
     ui_erase(ui);
-    if (why->status == CRANNY_CANCELLED)
+    if (why->status == CRANNY_CANCELLED && ui->written)
+        fprintf(stderr, "cranny: interrupted; only %s was written\n", ui->written);
+    else if (why->status == CRANNY_CANCELLED)
         fprintf(stderr, "cranny: interrupted; nothing was written\n");
     else
         fprintf(stderr, "cranny: %s\n", why->message);

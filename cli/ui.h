@@ -14,6 +14,7 @@ struct ui {
     bool drawn;                /* a progress line is on the screen */
     const char *stage;
     double stage_begin_s, drawn_s;
+    const char *written;    /* an output that an interruption leaves whole, NULL: none */
     double rays_per_sample; /* of the stage "trace", which counts samples; 0: not known */
 };
 

@@ -87,9 +87,10 @@ static void check_grey_order(void)
                                        .near_plane = 0.1f,
                                        .world_from_view = {1, 0, 0, 0, 0, 0, 1, 20, 0, -1, 0, 0}};
     static uint8_t before[HEIGHT * WIDTH * 3], after[HEIGHT * WIDTH * 3], again[HEIGHT * WIDTH * 3];
-    CHECK_OK(cranny_preview_render_view(scene, NULL, &down, WIDTH, HEIGHT, before, &why), why);
-    CHECK_OK(cranny_preview_render_view(scene, bake, &down, WIDTH, HEIGHT, after, &why), why);
-    CHECK_OK(cranny_preview_render_view(scene, bake, &down, WIDTH, HEIGHT, again, &why), why);
+    CHECK_OK(cranny_preview_render_view(scene, NULL, &down, WIDTH, HEIGHT, NULL, before, &why),
+             why);
+    CHECK_OK(cranny_preview_render_view(scene, bake, &down, WIDTH, HEIGHT, NULL, after, &why), why);
+    CHECK_OK(cranny_preview_render_view(scene, bake, &down, WIDTH, HEIGHT, NULL, again, &why), why);
     CHECK(memcmp(after, again, sizeof after) == 0);
     CHECK(memcmp(before, after, sizeof before) != 0);
     for (int x = 14; x + 6 < 50; x += 6) {
@@ -125,12 +126,12 @@ static void check_views(void)
     for (int inward = 0; inward < 2; inward++) {
         struct cranny_scene *scene = new_scene();
         add_box(scene, 3, inward);
-        CHECK_OK(cranny_preview_default_view(scene, (float)WIDTH / HEIGHT, &view, &why), why);
+        CHECK_OK(cranny_preview_default_view(scene, (float)WIDTH / HEIGHT, NULL, &view, &why), why);
         double far = 0;
         for (int i = 0; i < 3; i++)
             far = fmax(far, fabs(view.world_from_view[4 * i + 3]));
         CHECK_MSG(inward ? far < 3 : far > 3, "eye %g from the middle", far);
-        CHECK_OK(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, rgb, &why), why);
+        CHECK_OK(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, NULL, rgb, &why), why);
         double share = covered(rgb);
         CHECK_MSG(inward ? share == 1 : share > 0.3 && share < 0.9, "%g covered", share);
         cranny_scene_destroy(&scene);
@@ -146,7 +147,7 @@ static void check_framing(void)
     const uint32_t triangles[2][3] = {{0, 1, 2}, {1, 3, 2}};
     struct cranny_scene *scene = new_scene();
     add(scene, flat, 4, triangles, 2);
-    CHECK_OK(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, rgb, &why), why);
+    CHECK_OK(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, NULL, rgb, &why), why);
     int left = WIDTH, right = -1;
     for (int y = 0; y < HEIGHT; y++)
         for (int x = 0; x < WIDTH; x++)
@@ -166,17 +167,51 @@ static void check_usage(void)
     struct cranny_camera bad = {.name = "", .fov_y = 1};
     struct cranny_scene *scene = new_scene();
     add_box(scene, 1, false);
-    CHECK_INT(cranny_preview_render(scene, NULL, 0, 1, 1, rgb, &why), CRANNY_USAGE);
-    CHECK_INT(cranny_preview_render(scene, NULL, -2, 1, 1, rgb, &why), CRANNY_USAGE);
-    CHECK_INT(cranny_preview_render(scene, NULL, -1, 0, 1, rgb, &why), CRANNY_USAGE);
-    CHECK_INT(cranny_preview_render_view(scene, NULL, &bad, 1, 1, rgb, &why), CRANNY_USAGE);
-    CHECK_INT(cranny_preview_default_view(scene, NAN, &bad, &why), CRANNY_USAGE);
-    CHECK_OK(cranny_preview_render(scene, NULL, -1, 1, 1, rgb, &why), why);
+    CHECK_INT(cranny_preview_render(scene, NULL, 0, 1, 1, NULL, rgb, &why), CRANNY_USAGE);
+    CHECK_INT(cranny_preview_render(scene, NULL, -2, 1, 1, NULL, rgb, &why), CRANNY_USAGE);
+    CHECK_INT(cranny_preview_render(scene, NULL, -1, 0, 1, NULL, rgb, &why), CRANNY_USAGE);
+    CHECK_INT(cranny_preview_render_view(scene, NULL, &bad, 1, 1, NULL, rgb, &why), CRANNY_USAGE);
+    CHECK_INT(cranny_preview_default_view(scene, NAN, NULL, &bad, &why), CRANNY_USAGE);
+    CHECK_OK(cranny_preview_render(scene, NULL, -1, 1, 1, NULL, rgb, &why), why);
+    cranny_scene_destroy(&scene);
+}
+
+struct stop {
+    const char *stage; /* where to say no */
+    bool seen_preview;
+};
+
+static bool stop_at(void *user, const char *stage, double done, double total)
+{
+    struct stop *stop = user;
+    CHECK(done >= 0 && done <= total);
+    stop->seen_preview |= strcmp(stage, "preview") == 0;
+    return strcmp(stage, stop->stage) != 0;
+}
+
+/* The hooks are asked on the way, may stop it, and neither they nor the threads change a pixel. */
+static void check_params(void)
+{
+    static uint8_t plain[HEIGHT * WIDTH * 3], watched[HEIGHT * WIDTH * 3];
+    struct cranny_error why;
+    struct stop stop = {.stage = "preview"};
+    const struct cranny_hooks hooks = {.user = &stop, .progress = stop_at};
+    const struct cranny_preview_params params = {.threads = 3, .hooks = &hooks};
+    struct cranny_scene *scene = new_scene();
+    add_box(scene, 3, false);
+    CHECK_INT(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, &params, watched, &why),
+              CRANNY_CANCELLED);
+    stop = (struct stop){.stage = "never"};
+    CHECK_OK(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, &params, watched, &why), why);
+    CHECK(stop.seen_preview);
+    CHECK_OK(cranny_preview_render(scene, NULL, -1, WIDTH, HEIGHT, NULL, plain, &why), why);
+    CHECK(memcmp(plain, watched, sizeof plain) == 0);
     cranny_scene_destroy(&scene);
 }
 
 int main(void)
 {
+    check_params();
     check_grey_order();
     check_views();
     check_framing();

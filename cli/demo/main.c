@@ -161,8 +161,8 @@ static enum cranny_status choose_views(struct demo *demo, struct cranny_error *w
     double bounds[6];
     if (count >= 2)
         return CRANNY_OK;
-    enum cranny_status status =
-        cranny_preview_default_view(demo->scene, (float)PICTURE_WIDTH / PICTURE_HEIGHT, &view, why);
+    enum cranny_status status = cranny_preview_default_view(
+        demo->scene, (float)PICTURE_WIDTH / PICTURE_HEIGHT, NULL, &view, why);
     cranny_scene_bounds(demo->scene, bounds);
     for (uint32_t i = count; status == CRANNY_OK && i < VIEW_LIMIT; i++) {
         demo->views[i] = turned(&view, bounds, 2.0943951023931953 * (i - count));
@@ -226,7 +226,7 @@ static enum cranny_status picture(struct demo *demo, int number, bool after, uin
     enum cranny_status status =
         path ? cranny_preview_render_view(demo->scene, after ? demo->bake : NULL,
                                           &demo->views[number - 1], PICTURE_WIDTH, PICTURE_HEIGHT,
-                                          rgb, why)
+                                          NULL, rgb, why)
              : no_memory(why);
     if (status == CRANNY_OK)
         status =

@@ -149,6 +149,16 @@ static uint8_t encode_srgb(float x)
     return (uint8_t)(255 * y + 0.5f);
 }
 
+/* What every step of a picture needs. */
+struct picture {
+    const struct cranny_scene *scene;
+    const struct cranny_bake *bake;
+    struct cranny_tracer *tracer; /* owned */
+    struct lens lens;
+    const struct cranny_hooks *hooks;
+    int threads;
+};
+
 struct band {
     float (*origins)[3], (*directions)[3];
     float *distances;
@@ -172,32 +182,40 @@ static void band_free(struct band *band)
     free(band->hits);
 }
 
-static void band_aim(const struct band *band, const struct lens *lens, int width, int height,
+static void band_aim(const struct band *band, const struct picture *picture, int width, int height,
                      int first_row, int rows)
 {
-#pragma omp parallel for schedule(static)
+#pragma omp parallel for schedule(static) num_threads(thread_count(picture->threads))
     for (int row = 0; row < rows * GRID; row++) {
         for (int column = 0; column < width * GRID; column++) {
             size_t ray = (size_t)row * (size_t)width * GRID + (size_t)column;
             double x = 2 * (column + 0.5) / ((double)width * GRID) - 1;
             double y = 1 - 2 * ((double)first_row * GRID + row + 0.5) / ((double)height * GRID);
-            lens_ray(lens, x, y, band->origins[ray], band->directions[ray]);
+            lens_ray(&picture->lens, x, y, band->origins[ray], band->directions[ray]);
         }
     }
 }
 
-static void band_resolve(const struct band *band, const struct cranny_scene *scene,
-                         const struct cranny_bake *bake, float gain, int width, int rows,
-                         uint8_t *rgb)
+static enum cranny_status band_trace(const struct band *band, const struct picture *picture,
+                                     size_t count, struct cranny_error *why)
 {
-#pragma omp parallel for schedule(static)
+    return cranny_trace(picture->tracer, count, (const float(*)[3])band->origins,
+                        (const float(*)[3])band->directions, band->distances, band->hits,
+                        picture->threads, why);
+}
+
+static void band_resolve(const struct band *band, const struct picture *picture, float gain,
+                         int width, int rows, uint8_t *rgb)
+{
+#pragma omp parallel for schedule(static) num_threads(thread_count(picture->threads))
     for (int row = 0; row < rows; row++) {
         for (int column = 0; column < width; column++) {
             float sum[3] = {0}, color[3];
             for (int k = 0; k < GRID * GRID; k++) {
                 size_t line = (size_t)row * GRID + (size_t)(k / GRID);
                 size_t ray = (line * (size_t)width + (size_t)column) * GRID + (size_t)(k % GRID);
-                shade(scene, bake, gain, &band->hits[ray], band->directions[ray], color);
+                shade(picture->scene, picture->bake, gain, &band->hits[ray], band->directions[ray],
+                      color);
                 for (int i = 0; i < 3; i++)
                     sum[i] += color[i];
             }
@@ -209,10 +227,8 @@ static void band_resolve(const struct band *band, const struct cranny_scene *sce
 }
 
 /* Brighten a dark room, as an eye would: from the mean visibility on a coarse grid. */
-static enum cranny_status choose_gain(const struct cranny_tracer *tracer,
-                                      const struct cranny_scene *scene,
-                                      const struct cranny_bake *bake, const struct lens *lens,
-                                      float *gain, struct cranny_error *why)
+static enum cranny_status choose_gain(const struct picture *picture, float *gain,
+                                      struct cranny_error *why)
 {
     struct band band = {0};
     enum cranny_status status = CRANNY_OK;
@@ -222,17 +238,16 @@ static enum cranny_status choose_gain(const struct cranny_tracer *tracer,
     if (!band_alloc(&band, count))
         status = fail_memory(why, "preview");
     else
-        band_aim(&band, lens, METER, METER, 0, METER);
+        band_aim(&band, picture, METER, METER, 0, METER);
     if (status == CRANNY_OK)
-        status =
-            cranny_trace(tracer, count, (const float(*)[3])band.origins,
-                         (const float(*)[3])band.directions, band.distances, band.hits, 0, why);
+        status = band_trace(&band, picture, count, why);
     for (size_t i = 0; status == CRANNY_OK && i < count; i++) {
         if (band.hits[i].instance == UINT32_MAX)
             continue;
         const struct cranny_instance *instance =
-            cranny_scene_instance(scene, band.hits[i].instance);
-        sum += visibility_at(bake, cranny_scene_mesh(scene, instance->mesh), &band.hits[i]);
+            cranny_scene_instance(picture->scene, band.hits[i].instance);
+        const struct cranny_mesh *mesh = cranny_scene_mesh(picture->scene, instance->mesh);
+        sum += visibility_at(picture->bake, mesh, &band.hits[i]);
         seen += 1;
     }
     if (seen > 0)
@@ -241,24 +256,25 @@ static enum cranny_status choose_gain(const struct cranny_tracer *tracer,
     return status;
 }
 
-static enum cranny_status draw(const struct cranny_tracer *tracer, const struct cranny_scene *scene,
-                               const struct cranny_bake *bake, const struct lens *lens, int width,
-                               int height, uint8_t *rgb, struct cranny_error *why)
+static enum cranny_status draw(const struct picture *picture, int width, int height, uint8_t *rgb,
+                               struct cranny_error *why)
 {
     int rows = max_int(1, min_int(height, BAND_RAYS / (GRID * GRID * width)));
     struct band band = {0};
     float gain;
-    enum cranny_status status = choose_gain(tracer, scene, bake, lens, &gain, why);
+    enum cranny_status status = choose_gain(picture, &gain, why);
     if (status == CRANNY_OK && !band_alloc(&band, (size_t)rows * (size_t)width * GRID * GRID))
         status = fail_memory(why, "preview");
     for (int first = 0; first < height && status == CRANNY_OK; first += rows) {
         int count = min_int(rows, height - first);
-        band_aim(&band, lens, width, height, first, count);
-        status = cranny_trace(tracer, (size_t)count * (size_t)width * GRID * GRID,
-                              (const float(*)[3])band.origins, (const float(*)[3])band.directions,
-                              band.distances, band.hits, 0, why);
+        if (!hook_progress(picture->hooks, "preview", first, height)) {
+            status = fail(why, CRANNY_CANCELLED, "preview: cancelled");
+            break;
+        }
+        band_aim(&band, picture, width, height, first, count);
+        status = band_trace(&band, picture, (size_t)count * (size_t)width * GRID * GRID, why);
         if (status == CRANNY_OK)
-            band_resolve(&band, scene, bake, gain, width, count,
+            band_resolve(&band, picture, gain, width, count,
                          rgb + (size_t)first * (size_t)width * 3);
     }
     band_free(&band);
@@ -273,43 +289,68 @@ static enum cranny_status check_size(int width, int height, struct cranny_error 
     return CRANNY_OK;
 }
 
+struct cranny_preview_params cranny_preview_params_default(void)
+{
+    return (struct cranny_preview_params){0};
+}
+
+static enum cranny_status open_picture(const struct cranny_scene *scene,
+                                       const struct cranny_bake *bake,
+                                       const struct cranny_preview_params *params,
+                                       struct picture *picture, struct cranny_error *why)
+{
+    const struct cranny_preview_params defaults = cranny_preview_params_default();
+    params = params ? params : &defaults;
+    *picture = (struct picture){
+        .scene = scene, .bake = bake, .hooks = params->hooks, .threads = params->threads};
+    struct cranny_tracer_params tracer = cranny_tracer_params_default();
+    tracer.threads = params->threads;
+    tracer.hooks = params->hooks;
+    return cranny_tracer_create(scene, &tracer, &picture->tracer, why);
+}
+
 enum cranny_status cranny_preview_render_view(const struct cranny_scene *scene,
                                               const struct cranny_bake *bake,
                                               const struct cranny_camera *view, int width,
-                                              int height, uint8_t *rgb, struct cranny_error *why)
+                                              int height,
+                                              const struct cranny_preview_params *params,
+                                              uint8_t *rgb, struct cranny_error *why)
 {
+    struct picture picture;
     struct lens lens;
     enum cranny_status status = check_size(width, height, why);
     if (status == CRANNY_OK)
         status = make_lens(view, (double)width / height, &lens, why);
-    struct cranny_tracer *tracer = NULL;
+    if (status != CRANNY_OK)
+        return status;
+    status = open_picture(scene, bake, params, &picture, why);
+    picture.lens = lens;
     if (status == CRANNY_OK)
-        status = cranny_tracer_create(scene, NULL, &tracer, why);
-    if (status == CRANNY_OK)
-        status = draw(tracer, scene, bake, &lens, width, height, rgb, why);
-    cranny_tracer_destroy(&tracer);
+        status = draw(&picture, width, height, rgb, why);
+    cranny_tracer_destroy(&picture.tracer);
     return status;
 }
 
 enum cranny_status cranny_preview_default_view(const struct cranny_scene *scene, float aspect,
+                                               const struct cranny_preview_params *params,
                                                struct cranny_camera *view, struct cranny_error *why)
 {
     if (!(aspect > 0) || !isfinite(aspect))
         return fail(why, CRANNY_USAGE, "preview: the picture's aspect must be above 0");
-    struct cranny_tracer *tracer;
-    enum cranny_status status = cranny_tracer_create(scene, NULL, &tracer, why);
+    struct picture picture;
+    enum cranny_status status = open_picture(scene, NULL, params, &picture, why);
     if (status == CRANNY_OK)
-        status = preview_choose_view(scene, tracer, aspect, view, why);
-    cranny_tracer_destroy(&tracer);
+        status = preview_choose_view(scene, picture.tracer, aspect, view, why);
+    cranny_tracer_destroy(&picture.tracer);
     return status;
 }
 
 enum cranny_status cranny_preview_render(const struct cranny_scene *scene,
                                          const struct cranny_bake *bake, int camera, int width,
-                                         int height, uint8_t *rgb, struct cranny_error *why)
+                                         int height, const struct cranny_preview_params *params,
+                                         uint8_t *rgb, struct cranny_error *why)
 {
-    int count = (int)cranny_scene_camera_count(scene);
-    struct cranny_camera view;
+    const int count = (int)cranny_scene_camera_count(scene);
     enum cranny_status status = check_size(width, height, why);
     if (status != CRANNY_OK)
         return status;
@@ -317,10 +358,19 @@ enum cranny_status cranny_preview_render(const struct cranny_scene *scene,
         return fail(why, CRANNY_USAGE, "preview: camera %d; the scene has %d, counted from 0",
                     camera, count);
     if (count > 0)
-        view = *cranny_scene_camera(scene, (uint32_t)max_int(camera, 0));
-    else
-        status = cranny_preview_default_view(scene, (float)width / (float)height, &view, why);
+        return cranny_preview_render_view(scene, bake,
+                                          cranny_scene_camera(scene, (uint32_t)max_int(camera, 0)),
+                                          width, height, params, rgb, why);
+    const double aspect = (double)width / height;
+    struct picture picture;
+    struct cranny_camera view;
+    status = open_picture(scene, bake, params, &picture, why);
     if (status == CRANNY_OK)
-        status = cranny_preview_render_view(scene, bake, &view, width, height, rgb, why);
+        status = preview_choose_view(scene, picture.tracer, aspect, &view, why);
+    if (status == CRANNY_OK)
+        status = make_lens(&view, aspect, &picture.lens, why);
+    if (status == CRANNY_OK)
+        status = draw(&picture, width, height, rgb, why);
+    cranny_tracer_destroy(&picture.tracer);
     return status;
 }

@@ -227,7 +227,7 @@ static enum cranny_status stage_preview(const struct context *with, struct crann
 {
     uint8_t rgb[16 * 16 * 3];
     enum cranny_status status =
-        cranny_preview_render(with->scene, with->bake, -1, 16, 16, rgb, why);
+        cranny_preview_render(with->scene, with->bake, -1, 16, 16, NULL, rgb, why);
     if (status == CRANNY_OK)
         fold(with, rgb, sizeof rgb);
     return status;
