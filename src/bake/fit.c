@@ -222,6 +222,27 @@ static enum cranny_status tune(struct fit *fit, struct fit_report *report, struc
     return status;
 }
 
+/* Where no sample speaks, a gradient continued across a buried edge overshoots: such vertices stay
+ * within what their sampled neighbours hold. */
+static void limit_extrapolation(const struct fit *fit)
+{
+    const struct surface *surface = &fit->surface;
+    for (uint32_t u = 0; u < surface->unknown_count; u++) {
+        double low[2] = {INFINITY, INFINITY}, high[2] = {-INFINITY, -INFINITY};
+        for (uint32_t i = surface->incident_start[u];
+             !fit->known[u] && i < surface->incident_start[u + 1]; i++) {
+            const uint32_t *corner = surface->triangles[surface->incident[i] / 3];
+            for (int c = 0; c < 3; c++)
+                for (int s = 0; s < 2 && fit->known[corner[c]]; s++) {
+                    low[s] = fmin(low[s], fit->x[corner[c]][s]);
+                    high[s] = fmax(high[s], fit->x[corner[c]][s]);
+                }
+        }
+        for (int s = 0; s < 2 && low[0] <= high[0]; s++)
+            fit->x[u][s] = fmin(fmax(fit->x[u][s], low[s]), high[s]);
+    }
+}
+
 static void clamp_unknowns(const struct fit *fit)
 {
     for (uint32_t u = 0; u < fit->surface.unknown_count; u++)
@@ -284,6 +305,7 @@ enum cranny_status fit_target(const struct plan *plan, const struct samples *sam
     if (status == CRANNY_OK && params->fit == CRANNY_FIT_LEAST_SQUARES)
         status = solve(&fit, report, why);
     if (status == CRANNY_OK) {
+        limit_extrapolation(&fit);
         clamp_unknowns(&fit);
         status = compare(&fit, report, why);
     }

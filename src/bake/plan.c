@@ -3,7 +3,7 @@
 #include "bake/plan.h"
 
 /* Scenes of few, large faces get at least this many samples in all; they cost next to nothing. */
-#define SAMPLES_AT_LEAST 32768.0
+#define SAMPLES_AT_LEAST 131072.0
 /* Instances' worth of samples that a shared set of values gets at most. */
 #define SHARED_WORTH 4u
 /* Area over squared longest edge below which float vertices hold no normal. */
