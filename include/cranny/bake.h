@@ -27,33 +27,35 @@ enum cranny_fit {
 
 /* Fields are described, with units, ranges and defaults, by cranny_bake_param_table(). */
 struct cranny_bake_params {
-    int rays;                    /* per sample */
-    float density;               /* samples per square metre; 0: chosen from the mean face area */
-    float samples_per_face;      /* aim of the automatic density */
+    int rays;                     /* per sample */
+    float density;                /* samples per square metre; 0: chosen from the mean face area */
+    float samples_per_face;       /* aim of the automatic density */
     int samples_min, samples_max; /* per face */
+    int samples_total;            /* fewest in all: scenes of few faces get more on each */
     float distance_long, distance_short; /* metres */
-    float short_weight;          /* blend: v = (1 − w) long + w short */
-    int kernel;                  /* enum cranny_kernel */
-    int sampler;                 /* enum cranny_sampler */
-    int fit;                     /* enum cranny_fit */
-    float alpha;                 /* of the edge regulariser, eq. 2 */
-    bool tune;                   /* adapt alpha to each connected piece, by hold-out */
-    float back_limit;            /* share of back-face rays above which a sample is buried; 1: never */
-    float intensity, contrast;   /* remap: clamp(1 − intensity (1 − v)) ^ contrast */
-    bool adaptive;               /* fewer rays where the first ones find nothing near */
-    bool ground;                 /* an occluding plane under everything, not written */
-    float ground_height;         /* metres; NaN: the lowest vertex */
-    int instances;               /* enum cranny_instances */
-    int split_limit;             /* see CRANNY_INSTANCES_AUTO */
+    float short_weight;                  /* blend: v = (1 − w) long + w short */
+    int kernel;                          /* enum cranny_kernel */
+    int sampler;                         /* enum cranny_sampler */
+    int fit;                             /* enum cranny_fit */
+    float alpha;                         /* of the edge regulariser, eq. 2 */
+    bool tune;                           /* adapt alpha to each connected piece, by hold-out */
+    float back_limit; /* share of back-face rays above which a sample is buried; 1: never */
+    float intensity, contrast; /* remap: clamp(1 − intensity (1 − v)) ^ contrast */
+    bool adaptive;             /* fewer rays where the first ones find nothing near */
+    bool ground;               /* an occluding plane under everything, not written */
+    float ground_height;       /* metres; NaN: the lowest vertex */
+    int instances;             /* enum cranny_instances */
+    int split_limit;           /* see CRANNY_INSTANCES_AUTO */
     int seed;
-    int threads;                 /* 0: all cores; never changes the result */
+    int threads;                      /* 0: all cores; never changes the result */
     const struct cranny_hooks *hooks; /* not in the table */
 };
 
 CRANNY_API const struct cranny_param_table *cranny_bake_param_table(void);
 CRANNY_API struct cranny_bake_params cranny_bake_params_default(void);
 
-/* Baked values. Immutable. Independent of the scene after creation, except that saving wants both. */
+/* Baked values. Immutable. Independent of the scene after creation, except that saving wants both.
+ */
 struct cranny_bake;
 
 /* Sample, trace, fit. `params` NULL means defaults.
@@ -75,7 +77,7 @@ CRANNY_API const float *cranny_bake_values(const struct cranny_bake *bake, uint3
 
 /* What a bake did; seconds are wall time. */
 struct cranny_bake_report {
-    uint64_t meshes;    /* sets of values made */
+    uint64_t meshes;                         /* sets of values made */
     uint64_t instances, vertices, triangles; /* in the world */
     uint64_t samples, invalid_samples, rays;
     uint64_t unsampled_vertices; /* referenced, but without a valid sample: extrapolated */
@@ -130,8 +132,8 @@ cranny_preview_default_view(const struct cranny_scene *scene, float aspect,
  * make no picture. */
 CRANNY_API enum cranny_status cranny_preview_render_view(const struct cranny_scene *scene,
                                                          const struct cranny_bake *bake,
-                                                         const struct cranny_camera *view, int width,
-                                                         int height,
+                                                         const struct cranny_camera *view,
+                                                         int width, int height,
                                                          const struct cranny_preview_params *params,
                                                          uint8_t *rgb, struct cranny_error *why);
 

@@ -1,6 +1,6 @@
 /* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.1:
  * samples whose rays see too many back faces are buried and dropped. */
-#include "bake/collect.h"
+#include "bake/sheets.h"
 
 #include "trace/gather.h"
 
@@ -12,9 +12,6 @@
 /* With few rays a sample's share of back faces is noisy; it is drawn toward its face's mean as if
  * that had been seen by this many rays more. */
 #define POOL_RAYS 4.0
-/* Visibilities below which the front of a two-sided sheet counts as the inside of a solid. */
-#define CLOSED_IN_LONG 0.02f
-#define CLOSED_IN_SHORT 0.25f
 
 /* A run of one target's triangles. */
 struct work {
@@ -31,7 +28,6 @@ struct batch {
     struct gather_point points[BATCH];
     struct gather_result results[BATCH];
     uint64_t ids[BATCH];
-    bool two_sided[BATCH];
     int count;
     uint64_t rays;
 };
@@ -41,8 +37,8 @@ struct collector {
     const struct cranny_tracer *tracer;
     const struct gather_plan *gather;
     struct samples *samples;
-    float back_limit;
-    int batch_limit; /* points traced without a look at the cancel flag */
+    const struct sheets *sheets; /* NULL: all triangles from the front; else the turned ones */
+    int batch_limit;             /* points traced without a look at the cancel flag */
     struct trace_progress progress;
 };
 
@@ -99,46 +95,6 @@ static bool list_work(const struct plan *plan, int rays, struct work_list *list)
     return true;
 }
 
-static bool buried(const struct collector *collector, const struct gather_result *result)
-{
-    return (double)result->behind > (double)collector->back_limit * result->rays;
-}
-
-/* Nothing escapes, and what there is lies well within the short distance: the inside of a solid
- * that was modelled inside out, where no face shows its back. */
-static bool closed_in(const struct gather_result *result)
-{
-    return result->visibility[0] < CLOSED_IN_LONG && result->visibility[1] < CLOSED_IN_SHORT;
-}
-
-/* A two-sided sheet whose front is inside of something is seen from its other side only. */
-static bool other_side_shows(const struct collector *collector, const struct gather_result *front,
-                             const struct gather_result *other)
-{
-    if (buried(collector, other))
-        return false;
-    return buried(collector, front) || other->visibility[1] > 2 * front->visibility[1];
-}
-
-static void turn_sheets(struct collector *collector, struct batch *batch)
-{
-    for (int i = 0; i < batch->count; i++) {
-        const struct gather_result *front = &batch->results[i];
-        if (!batch->two_sided[i] || !(buried(collector, front) || closed_in(front)))
-            continue;
-        struct gather_point point = batch->points[i];
-        for (int k = 0; k < 3; k++) {
-            point.normal[k] = -point.normal[k];
-            point.face_normal[k] = -point.face_normal[k];
-        }
-        struct gather_result other;
-        gather_points(collector->tracer, collector->gather, &point, 1, &other);
-        batch->rays += other.rays;
-        if (other_side_shows(collector, front, &other))
-            batch->results[i] = other;
-    }
-}
-
 static void flush(struct collector *collector, struct batch *batch)
 {
     trace_advance(&collector->progress, batch->count);
@@ -146,7 +102,6 @@ static void flush(struct collector *collector, struct batch *batch)
         batch->count = 0;
     gather_points(collector->tracer, collector->gather, batch->points, (size_t)batch->count,
                   batch->results);
-    turn_sheets(collector, batch);
     for (int i = 0; i < batch->count; i++) {
         const struct gather_result *result = &batch->results[i];
         struct sample *sample = &collector->samples->values[batch->ids[i]];
@@ -228,7 +183,7 @@ static void shade(const struct placed *placed, const double l[3], double normal[
             normal[k] = -normal[k];
 }
 
-static void make_point(const struct placed *placed, const double l[3], uint64_t id,
+static void make_point(const struct placed *placed, const double l[3], uint64_t id, double side,
                        struct gather_point *point)
 {
     double normal[3];
@@ -236,8 +191,8 @@ static void make_point(const struct placed *placed, const double l[3], uint64_t 
     for (int k = 0; k < 3; k++) {
         point->position[k] = (float)(l[0] * placed->corner[0][k] + l[1] * placed->corner[1][k] +
                                      l[2] * placed->corner[2][k]);
-        point->normal[k] = (float)normal[k];
-        point->face_normal[k] = (float)placed->face[k];
+        point->normal[k] = (float)(side * normal[k]);
+        point->face_normal[k] = (float)(side * placed->face[k]);
     }
     point->extent = (float)placed->extent;
     point->id = (uint32_t)id;
@@ -271,7 +226,6 @@ static void collect_triangle(struct collector *collector, const struct target *t
     const uint32_t first = target->sample_start[triangle];
     const uint32_t count = target->sample_start[triangle + 1] - first;
     const struct cranny_mesh *mesh = plan_mesh(plan, target);
-    const bool two_sided = plan->scene->materials[mesh->triangle_materials[triangle]].double_sided;
     struct placed placed = {.good = false};
     uint32_t shown = UINT32_MAX;
     for (uint32_t s = 0; s < count; s++) {
@@ -286,8 +240,7 @@ static void collect_triangle(struct collector *collector, const struct target *t
         }
         double l[3];
         sample_barycentrics(plan->shift, id, l);
-        make_point(&placed, l, id, &batch->points[batch->count]);
-        batch->two_sided[batch->count] = two_sided;
+        make_point(&placed, l, id, collector->sheets ? -1 : 1, &batch->points[batch->count]);
         batch->ids[batch->count++] = id;
         if (batch->count == collector->batch_limit)
             flush(collector, batch);
@@ -297,10 +250,14 @@ static void collect_triangle(struct collector *collector, const struct target *t
 static void collect_work(struct collector *collector, const struct work *work, struct batch *batch)
 {
     const struct target *target = &collector->plan->targets[work->target];
+    const uint8_t *turned = collector->sheets ? collector->sheets->turned[work->target] : NULL;
+    if (collector->sheets && !turned)
+        return;
     for (uint32_t t = work->triangle_first; t < work->triangle_end; t++) {
         if (trace_stopped(&collector->progress))
             return;
-        collect_triangle(collector, target, t, batch);
+        if (!turned || turned[t])
+            collect_triangle(collector, target, t, batch);
     }
     flush(collector, batch);
 }
@@ -319,7 +276,26 @@ static void collect_all(struct collector *collector, const struct work_list *lis
         rays += batch.rays;
         gather_thread_end(saved);
     }
-    collector->samples->rays = rays;
+    collector->samples->rays += rays;
+}
+
+/* Once more, from behind, where the fronts turned out to be the insides of solids. */
+static enum cranny_status collect_turned(struct collector *collector, const struct work_list *list,
+                                         int threads, struct cranny_error *why)
+{
+    struct sheets sheets;
+    const enum cranny_status status =
+        sheets_find(collector->plan, collector->samples, &sheets, why);
+    if (status != CRANNY_OK)
+        return status;
+    if (sheets.sample_count) {
+        collector->progress.total += (double)sheets.sample_count;
+        collector->sheets = &sheets;
+        collect_all(collector, list, threads);
+        collector->sheets = NULL;
+    }
+    sheets_free(&sheets);
+    return CRANNY_OK;
 }
 
 /* From shares of back faces to validity; returns how many samples fell. */
@@ -392,12 +368,15 @@ static enum cranny_status run(const struct plan *plan, const struct cranny_trace
         .tracer = tracer,
         .gather = gather,
         .samples = samples,
-        .back_limit = params->back_limit,
         .batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1)),
         .progress = {.hooks = params->hooks, .total = (double)plan->sample_count},
     };
     collect_all(&collector, list, threads);
+    if (!collector.progress.stop)
+        status = collect_turned(&collector, list, threads, why);
     gather_plan_destroy(&gather);
+    if (status != CRANNY_OK)
+        return status;
     if (collector.progress.stop ||
         !hook_progress(params->hooks, "trace", collector.progress.total, collector.progress.total))
         return fail(why, CRANNY_CANCELLED, "bake: cancelled while tracing");

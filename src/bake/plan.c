@@ -2,8 +2,6 @@
  * samples of a face follow its area up to a cap. */
 #include "bake/plan.h"
 
-/* Scenes of few, large faces get at least this many samples in all; they cost next to nothing. */
-#define SAMPLES_AT_LEAST 131072.0
 /* Instances' worth of samples that a shared set of values gets at most. */
 #define SHARED_WORTH 4u
 /* Area over squared longest edge below which float vertices hold no normal. */
@@ -227,7 +225,7 @@ static enum cranny_status choose_density(const struct plan *plan,
         return fail_memory(why, "samples");
     count_faces(plan, histogram);
     const double aim =
-        fmax((double)params->samples_per_face * (double)histogram->faces, SAMPLES_AT_LEAST);
+        fmax((double)params->samples_per_face * (double)histogram->faces, params->samples_total);
     double low = -BIN_COUNT / 32.0, high = BIN_COUNT / 32.0;
     for (int i = 0; i < 40; i++) {
         const double middle = 0.5 * (low + high);

@@ -73,7 +73,7 @@ static void kernel_block(enum cranny_kernel kernel, float r, const float *distan
 
 struct tally {
     double sums[2];
-    uint32_t back_faces, behind;
+    uint32_t back_faces;
     bool dimmed;
 };
 
@@ -87,7 +87,6 @@ static void gather_rays(const struct cranny_tracer *tracer, const struct gather_
         directions_fill(&plan->directions, frame, start, count, &block);
         ray_block_trace(tracer, plan->packet, origin, &block, count);
         tally->back_faces += block.back_faces;
-        tally->behind += block.behind;
         for (int k = 0; k < 2; k++) {
             float value[RAY_BLOCK];
             kernel_block(plan->kernel, plan->distances[k], block.distance, count, value);
@@ -108,7 +107,7 @@ static struct gather_result gather_one(const struct cranny_tracer *tracer,
     float origin[3];
     for (int k = 0; k < 3; k++)
         origin[k] = point->position[k] + offset * point->face_normal[k];
-    struct tally tally = {0};
+    struct tally tally = {{0, 0}, 0, false};
     int rays = plan->directions.first;
     gather_rays(tracer, plan, &frame, origin, 0, rays, &tally);
     if (tally.dimmed && rays < plan->directions.count) {
@@ -118,8 +117,7 @@ static struct gather_result gather_one(const struct cranny_tracer *tracer,
     return (struct gather_result){
         .visibility = {(float)(tally.sums[0] / rays), (float)(tally.sums[1] / rays)},
         .rays = (uint32_t)rays,
-        .back_faces = tally.back_faces,
-        .behind = tally.behind};
+        .back_faces = tally.back_faces};
 }
 
 void gather_points(const struct cranny_tracer *tracer, const struct gather_plan *plan,

@@ -26,9 +26,7 @@ struct gather_point {
 
 struct gather_result {
     float visibility[2];
-    uint32_t rays;       /* traced */
-    uint32_t back_faces; /* of these on back faces of single-sided materials */
-    uint32_t behind;     /* of these on back faces whatever the material */
+    uint32_t rays, back_faces; /* traced, and of these on back faces of single-sided materials */
 };
 
 /* Trace `count` points from the calling thread. */

@@ -17,10 +17,8 @@ static void finish_lane(const struct cranny_tracer *tracer, const float origin[3
         return;
     }
     block->distance[ray] = distance;
-    if (!tracer_back_face(tracer, hit->top, hit->normal, direction))
-        return;
-    block->behind++;
-    if (!tracer_double_sided(tracer, hit->geometry, hit->top, hit->primitive))
+    if (tracer_back_face(tracer, hit->top, hit->normal, direction) &&
+        !tracer_double_sided(tracer, hit->geometry, hit->top, hit->primitive))
         block->back_faces++;
 }
 
@@ -84,7 +82,7 @@ DEFINE_TRACE_PACKET(16)
 void ray_block_trace(const struct cranny_tracer *tracer, enum cranny_packet packet,
                      const float origin[3], struct ray_block *block, int count)
 {
-    block->back_faces = block->behind = 0;
+    block->back_faces = 0;
     switch (packet) {
     case CRANNY_PACKET_1:
         for (int ray = 0; ray < count; ray++)

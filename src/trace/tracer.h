@@ -89,7 +89,6 @@ struct ray_block {
     _Alignas(64) float distance[RAY_BLOCK]; /* INFINITY: nothing */
     uint32_t ids;        /* of the first ray; the next ones count on. For the filter's dice */
     uint32_t back_faces; /* hits on back faces of single-sided materials */
-    uint32_t behind;     /* hits on back faces of any */
 };
 
 /* Closest hits for the first `count` rays, at most RAY_BLOCK. Packets never mix two blocks, so a
