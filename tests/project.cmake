@@ -23,7 +23,14 @@ set_tests_properties(alloc PROPERTIES TIMEOUT 120 SKIP_RETURN_CODE 77)
 # tests/web: needs node and `npm ci` in that folder, else the tests say why they were skipped.
 find_program(CRANNY_NODE node)
 if(CRANNY_NODE AND TARGET cranny-command)
-    set(web_environment ${CRANNY_TEST_ENVIRONMENT} "CRANNY_COMMAND=$<TARGET_FILE:cranny-command>"
+    set(lacking "")
+    if(NOT CRANNY_HAVE_MESHOPT)
+        string(APPEND lacking " EXT_meshopt_compression KHR_meshopt_compression")
+    endif()
+    if(NOT CRANNY_HAVE_DRACO)
+        string(APPEND lacking " KHR_draco_mesh_compression")
+    endif()
+    set(web_environment "CRANNY_LACKING=${lacking}" ${CRANNY_TEST_ENVIRONMENT} "CRANNY_COMMAND=$<TARGET_FILE:cranny-command>"
         "CRANNY_WEB_OUTPUT=${CMAKE_CURRENT_BINARY_DIR}/web")
     foreach(test bake validate lossless browser)
         add_test(NAME web_${test} COMMAND ${CRANNY_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/web/${test}.mjs)

@@ -244,7 +244,10 @@ static void test_table(const char *folder)
         struct cranny_scene *scene;
         struct cranny_scene_info info = {0};
         snprintf(path, sizeof path, "%s/%s", folder, table[i].file);
-        CHECK_OK(cranny_scene_load(path, NULL, &scene, &why), why);
+        const enum cranny_status status = cranny_scene_load(path, NULL, &scene, &why);
+        if (status != CRANNY_OK && check_left_out(why.message))
+            continue;
+        CHECK_OK(status, why);
         if (!scene)
             continue;
         cranny_scene_get_info(scene, &info);

@@ -70,6 +70,8 @@ static bool load(const char *folder, const char *file, struct integrals *sum)
     struct cranny_scene *scene;
     snprintf(path, sizeof path, "%s/variants_camp/%s", folder, file);
     enum cranny_status status = cranny_scene_load(path, NULL, &scene, &why);
+    if (check_left_out(why.message))
+        return false;
     CHECK_MSG(status == CRANNY_OK, "%s", why.message);
     if (status != CRANNY_OK)
         return false;

@@ -20,15 +20,16 @@ bool json_whole(const json_t *object, const char *key, uint64_t maximum, uint64_
     return *value <= maximum;
 }
 
-/* Required extensions that change geometry and are decoded. */
-static const char *const decoded[] = {
-    "KHR_mesh_quantization",      "KHR_texture_transform",   "EXT_mesh_gpu_instancing",
-#if CRANNY_HAVE_MESHOPT
-    "EXT_meshopt_compression",    "KHR_meshopt_compression",
-#endif
-#if CRANNY_HAVE_DRACO
-    "KHR_draco_mesh_compression",
-#endif
+/* Required extensions that change geometry: decoded, or by a build with what `needs` names. */
+static const struct {
+    const char *name, *needs;
+} decoded[] = {
+    {"KHR_mesh_quantization", NULL},
+    {"KHR_texture_transform", NULL},
+    {"EXT_mesh_gpu_instancing", NULL},
+    {"EXT_meshopt_compression", CRANNY_HAVE_MESHOPT ? NULL : "meshoptimizer"},
+    {"KHR_meshopt_compression", CRANNY_HAVE_MESHOPT ? NULL : "meshoptimizer"},
+    {"KHR_draco_mesh_compression", CRANNY_HAVE_DRACO ? NULL : "draco"},
 };
 
 /* Beginnings of extension names that say nothing about where surfaces are: appearance, light,
@@ -73,15 +74,33 @@ static const char *const harmless[] = {
     "FB_ngon_encoding",
 };
 
-static bool is_supported(const char *name)
+static bool is_harmless(const char *name)
 {
-    for (size_t i = 0; i < COUNT_OF(decoded); i++)
-        if (strcmp(name, decoded[i]) == 0)
-            return true;
     for (size_t i = 0; i < COUNT_OF(harmless); i++)
         if (strncmp(name, harmless[i], strlen(harmless[i])) == 0)
             return true;
     return false;
+}
+
+static enum cranny_status check_extension(const struct document *document, size_t index,
+                                          const char *name, struct cranny_error *why)
+{
+    for (size_t i = 0; i < COUNT_OF(decoded); i++) {
+        if (strcmp(name, decoded[i].name) != 0)
+            continue;
+        if (!decoded[i].needs)
+            return CRANNY_OK;
+        return fail(why, CRANNY_INPUT,
+                    "%s: /extensionsRequired/%zu: the file needs '%.100s', which this build cannot "
+                    "decode; build Cranny with %s, or decompress the file first",
+                    document->path, index, name, decoded[i].needs);
+    }
+    if (is_harmless(name))
+        return CRANNY_OK;
+    return fail(why, CRANNY_INPUT,
+                "%s: /extensionsRequired/%zu: the file needs '%.100s', which is not supported; "
+                "export it without",
+                document->path, index, name);
 }
 
 static enum cranny_status check_extensions(const struct document *document,
@@ -95,11 +114,9 @@ static enum cranny_status check_extensions(const struct document *document,
         if (!name)
             return fail(why, CRANNY_INPUT, "%s: /extensionsRequired/%zu: not a text",
                         document->path, i);
-        if (!is_supported(name))
-            return fail(why, CRANNY_INPUT,
-                        "%s: /extensionsRequired/%zu: the file needs '%.100s', which is not "
-                        "supported; export it without",
-                        document->path, i, name);
+        enum cranny_status status = check_extension(document, i, name, why);
+        if (status != CRANNY_OK)
+            return status;
     }
     return CRANNY_OK;
 }

@@ -4,7 +4,7 @@
 import fs from 'node:fs';
 import http from 'node:http';
 import path from 'node:path';
-import { Verdict, command, execute, folder, needModule, output, scenes, skip } from './lib/setup.mjs';
+import { Verdict, command, execute, folder, isLacking, needModule, output, scenes, skip } from './lib/setup.mjs';
 import { courtGlb } from './lib/court.mjs';
 
 const cranny = command();
@@ -66,6 +66,10 @@ async function prepare(verdict) {
         const args = ['bake', before, '-o', after, '--quiet', ...(show.loose ? ['--rays', '16'] : []),
             ...(show.replace ? ['--replace'] : [])];
         const result = await execute(cranny, args, 300);
+        if (isLacking(result)) {
+            console.log(`${show.name}: SKIPPED: ${result.stderr.trim()}`);
+            continue;
+        }
         if (verdict.check(result.status === 0, `${show.name}: bake: ${result.signal ?? result.status} ${result.stderr}`))
             ready.push({ ...show, before, after });
     }

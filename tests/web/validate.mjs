@@ -3,7 +3,7 @@
 // by the validator's judgement too, or be on the list of reasons below.
 import fs from 'node:fs';
 import path from 'node:path';
-import { Verdict, inParallel, needModule, output, skip } from './lib/setup.mjs';
+import { Verdict, inParallel, lacking, needModule, output, skip } from './lib/setup.mjs';
 import { accessorRows, bufferBytes, members, readGltf } from './lib/gltf.mjs';
 
 const validator = await needModule('gltf-validator');
@@ -20,6 +20,8 @@ const reasons = [
       applies: (document) => !trianglePrimitives(document).some((primitive) => hasArea(document, primitive)) },
     { name: 'unknown extension required', says: /extension/,
       applies: ({ json }) => members({ json }, 'extensionsRequired').some((name) => !supported.includes(name)) },
+    { name: 'a decoder left out of this build', says: /build Cranny with/,
+      applies: ({ json }) => members({ json }, 'extensionsUsed').some((name) => lacking.includes(name)) },
     { name: 'a later version required', says: /minVersion/,
       applies: ({ json }) => /^2\.[1-9]/.test(json.get('asset').get('minVersion')) },
     { name: 'a buffer without data', says: /\/buffers\/\d+/,

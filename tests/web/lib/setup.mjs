@@ -18,6 +18,13 @@ export function command() {
     return file;
 }
 
+// Extensions that the build under test cannot decode, for want of a library.
+export const lacking = (process.env.CRANNY_LACKING ?? '').split(' ').filter(Boolean);
+
+export function isLacking(result) {
+    return result.status === 3 && lacking.some((name) => result.stderr.includes(name));
+}
+
 export function scenes() {
     const root = process.env.CRANNY_SCENES;
     return root && fs.existsSync(root) ? path.resolve(root) : null;
