@@ -151,14 +151,15 @@ static json_t *result_json(const struct job *job)
 {
     const struct cranny_bake_report *r = &job->report;
     json_t *object = json_pack(
-        "{so so sI sI sI sI sI sI sI sI sI so so so so}", "input", json_text(job->input), "output",
-        json_text(job->output), "meshes", (json_int_t)r->meshes, "instances",
+        "{so so sI sI sI sI sI sI sI sI sI so so so so so}", "input", json_text(job->input),
+        "output", json_text(job->output), "meshes", (json_int_t)r->meshes, "instances",
         (json_int_t)r->instances, "vertices", (json_int_t)r->vertices, "triangles",
         (json_int_t)r->triangles, "samples", (json_int_t)r->samples, "invalid_samples",
         (json_int_t)r->invalid_samples, "rays", (json_int_t)r->rays, "unsampled_vertices",
         (json_int_t)r->unsampled_vertices, "lost_components", (json_int_t)r->lost_components,
-        "mrays_per_s", number(r->mrays_per_s), "fit_rms", number(r->fit_rms), "solver_iterations",
-        number(r->solver_iterations_max), "seconds", seconds_json(job));
+        "mrays_per_s", number(r->mrays_per_s), "fit_rms", number(r->fit_rms), "mean_visibility",
+        number(r->mean_visibility), "solver_iterations", number(r->solver_iterations_max),
+        "seconds", seconds_json(job));
     json_object_set_new(object, "bytes",
                         json_pack("{sI sI sI sI}", "bvh", (json_int_t)r->bytes_bvh, "samples",
                                   (json_int_t)r->bytes_samples, "solve", (json_int_t)r->bytes_solve,

@@ -83,7 +83,8 @@ struct cranny_bake_report {
     uint64_t unsampled_vertices; /* referenced, but without a valid sample: extrapolated */
     uint64_t lost_components;    /* connected pieces without any valid sample */
     double mrays_per_s;
-    double fit_rms; /* between the samples and the fitted function, area-weighted */
+    double mean_visibility; /* of the samples, blended, area-weighted */
+    double fit_rms;         /* between the samples and the fitted function, area-weighted */
     double solver_iterations_max;
     double seconds_bvh, seconds_sample, seconds_trace, seconds_solve;
     uint64_t bytes_bvh, bytes_samples, bytes_solve;

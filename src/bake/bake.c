@@ -5,7 +5,10 @@
 #include <omp.h>
 
 /* Targets above this many triangles are fitted one after the other with all threads. */
-#define BIG_TRIANGLES 60000u
+#define BIG_TRIANGLES 100000u
+
+/* Mean visibility below which a scene counts as enclosed. */
+#define ENCLOSED 0.08
 
 struct cranny_bake {
     struct cranny_bake_report report;
@@ -17,6 +20,7 @@ struct cranny_bake {
 };
 
 struct run {
+    uint64_t triangle_total; /* over targets */
     const struct cranny_scene *scene;
     const struct cranny_bake_params *params;
     struct cranny_bake *bake;
@@ -109,10 +113,43 @@ static enum cranny_status finish_target(struct run *run, size_t index, int threa
     return status;
 }
 
+static uint32_t target_triangles(const struct run *run, size_t index)
+{
+    return plan_mesh(&run->plan, &run->plan.targets[index])->triangle_count;
+}
+
+/* Fitted by all threads together; the others are fitted side by side, which needs no barriers. */
 static bool is_big(const struct run *run, size_t index)
 {
+    const uint64_t triangles = target_triangles(run, index);
     return run->params->fit == CRANNY_FIT_VERTEX ||
-           plan_mesh(&run->plan, &run->plan.targets[index])->triangle_count > BIG_TRIANGLES;
+           (triangles > BIG_TRIANGLES && triangles * (uint64_t)run->threads > run->triangle_total);
+}
+
+struct turn {
+    uint32_t triangles, index;
+};
+
+static int compare_turns(const void *a, const void *b)
+{
+    const struct turn *x = a, *y = b;
+    if (x->triangles != y->triangles)
+        return x->triangles > y->triangles ? -1 : 1;
+    return (x->index > y->index) - (x->index < y->index);
+}
+
+/* Largest first, so that no thread is left with a large one at the end. */
+static struct turn *order_targets(struct run *run)
+{
+    struct turn *turns = alloc_array(run->plan.target_count, sizeof *turns);
+    run->triangle_total = 0;
+    for (size_t i = 0; turns && i < run->plan.target_count; i++) {
+        turns[i] = (struct turn){target_triangles(run, i), (uint32_t)i};
+        run->triangle_total += turns[i].triangles;
+    }
+    if (turns)
+        qsort(turns, run->plan.target_count, sizeof *turns, compare_turns);
+    return turns;
 }
 
 static bool tell(const struct run *run, size_t done)
@@ -134,13 +171,14 @@ static enum cranny_status finish_big(struct run *run, size_t *done, struct fit_r
     return status;
 }
 
-static enum cranny_status finish_small(struct run *run, size_t big, struct fit_report *reports,
-                                       struct cranny_error *why)
+static enum cranny_status finish_small(struct run *run, const struct turn *turns, size_t big,
+                                       struct fit_report *reports, struct cranny_error *why)
 {
     int failed = CRANNY_OK;
     size_t done = big;
 #pragma omp parallel for num_threads(run->threads) schedule(dynamic, 1)
-    for (size_t i = 0; i < run->plan.target_count; i++) {
+    for (size_t turn = 0; turn < run->plan.target_count; turn++) {
+        const size_t i = turns[turn].index;
         int seen;
 #pragma omp atomic read
         seen = failed;
@@ -166,10 +204,26 @@ static enum cranny_status finish_small(struct run *run, size_t big, struct fit_r
     return (enum cranny_status)failed;
 }
 
+/* At 300 m a courtyard is all walls. Right, but not what most people expect to see. */
+static void warn_enclosed(const struct run *run)
+{
+    double bounds[6], size = 0;
+    cranny_scene_bounds(run->plan.scene, bounds);
+    for (int k = 0; k < 3; k++)
+        size = fmax(size, bounds[3 + k] - bounds[k]);
+    const double wanted = 0.2 * size;
+    if (wanted < run->params->distance_long)
+        hook_warn(run->params->hooks,
+                  "the scene is mostly enclosed: at distance_long = %g m the mean visibility is "
+                  "%.2f, and ambient light nearly vanishes; for a look at the scene's own scale "
+                  "set distance_long to about %.1g",
+                  (double)run->params->distance_long, run->bake->report.mean_visibility, wanted);
+}
+
 static void sum_reports(struct run *run, const struct fit_report *reports)
 {
     struct cranny_bake_report *report = &run->bake->report;
-    double squares = 0, weight = 0;
+    double squares = 0, weight = 0, visibility = 0;
     size_t unconverged = 0;
     for (size_t i = 0; i < run->plan.target_count; i++) {
         report->unsampled_vertices += reports[i].unsampled_vertices;
@@ -179,9 +233,13 @@ static void sum_reports(struct run *run, const struct fit_report *reports)
             report->bytes_solve = reports[i].bytes;
         squares += reports[i].squares;
         weight += reports[i].weight;
+        visibility += reports[i].visibility;
         unconverged += (size_t)reports[i].unconverged;
     }
     report->fit_rms = weight > 0 ? sqrt(squares / weight) : 0;
+    report->mean_visibility = weight > 0 ? visibility / weight : 1;
+    if (report->mean_visibility < ENCLOSED)
+        warn_enclosed(run);
     if (unconverged)
         hook_warn(run->params->hooks,
                   "the least-squares fit of %zu meshes stopped before it had converged; lower "
@@ -204,9 +262,11 @@ static enum cranny_status fit_all(struct run *run, struct cranny_error *why)
     }
     bake->target_count = count;
     size_t done = 0;
-    status = finish_big(run, &done, reports, why);
+    struct turn *turns = order_targets(run);
+    status = turns ? finish_big(run, &done, reports, why) : fail_memory(why, "values");
     if (status == CRANNY_OK)
-        status = finish_small(run, done, reports, why);
+        status = finish_small(run, turns, done, reports, why);
+    free(turns);
     if (status == CRANNY_OK)
         sum_reports(run, reports);
     free(reports);

@@ -128,7 +128,8 @@ static enum cranny_status solve(const struct fit *fit, struct fit_report *report
     const double budget = SOLVE_BUDGET / (double)(system.entry_count + 1);
     params.iterations_max = (int)fmin(fmax(budget, ITERATIONS_MIN), ITERATIONS_MAX);
     status = lsq_solve(&system, &params, fit->x, &outcome, why);
-    report->bytes += system.entry_count * 12 + (uint64_t)system.count * 96;
+    report->bytes += system.entry_count * (fit->smooth ? 20 : 12) + /* tuning keeps R apart */
+                     (uint64_t)system.count * 96;
     lsq_free(&system);
     if (status == CRANNY_OK) {
         report->iterations = outcome.iterations;
@@ -137,8 +138,9 @@ static enum cranny_status solve(const struct fit *fit, struct fit_report *report
     return status;
 }
 
-/* Squared distance of a triangle's samples from the fit, in the blended value. */
-static void compare_triangle(const struct fit *fit, uint32_t t, enum half half, double sum[2])
+/* Squared distance of a triangle's samples from the fit, in the blended value; weight; value. */
+static void compare_triangle(const struct fit *fit, const double (*x)[2], uint32_t t,
+                             enum half half, double sum[3])
 {
     const struct target *target = fit->target;
     const uint32_t first = target->sample_start[t], end = target->sample_start[t + 1];
@@ -151,14 +153,16 @@ static void compare_triangle(const struct fit *fit, uint32_t t, enum half half, 
         const uint64_t id = target->sample_base + s;
         if (!takes_part(fit, id, half))
             continue;
-        double l[3], difference = 0;
+        double l[3], fitted = 0, sampled = 0;
         sample_barycentrics(fit->plan->shift, id, l);
-        for (int k = 0; k < 2; k++)
-            difference += blend[k] * (l[0] * fit->x[corner[0]][k] + l[1] * fit->x[corner[1]][k] +
-                                      l[2] * fit->x[corner[2]][k] -
-                                      sample_value(&fit->samples->values[id], k));
-        sum[0] += area * difference * difference;
+        for (int k = 0; k < 2; k++) {
+            fitted += blend[k] *
+                      (l[0] * x[corner[0]][k] + l[1] * x[corner[1]][k] + l[2] * x[corner[2]][k]);
+            sampled += blend[k] * sample_value(&fit->samples->values[id], k);
+        }
+        sum[0] += area * (fitted - sampled) * (fitted - sampled);
         sum[1] += area;
+        sum[2] += area * sampled;
     }
 }
 
@@ -167,17 +171,18 @@ static enum cranny_status compare(const struct fit *fit, struct fit_report *repo
 {
     const uint32_t triangles = fit->surface.triangle_count;
     const size_t pieces = ((size_t)triangles + TRIANGLES_PER_SUM - 1) / TRIANGLES_PER_SUM;
-    double(*sums)[2] = alloc_array(pieces, sizeof *sums);
+    double(*sums)[3] = alloc_array(pieces, sizeof *sums);
     if (!sums)
         return fail_memory(why, "fit");
 #pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
     for (size_t i = 0; i < pieces; i++)
         for (size_t t = i * TRIANGLES_PER_SUM; t < (i + 1) * TRIANGLES_PER_SUM && t < triangles;
              t++)
-            compare_triangle(fit, (uint32_t)t, BOTH_HALVES, sums[i]);
+            compare_triangle(fit, (const double(*)[2])fit->x, (uint32_t)t, BOTH_HALVES, sums[i]);
     for (size_t i = 0; i < pieces; i++) {
         report->squares += sums[i][0];
         report->weight += sums[i][1];
+        report->visibility += sums[i][2];
     }
     free(sums);
     return CRANNY_OK;
@@ -187,13 +192,11 @@ static enum cranny_status compare(const struct fit *fit, struct fit_report *repo
 static void judge_fit(void *user, const double (*x)[2], struct tune_score *scores)
 {
     const struct fit *fit = user;
-    (void)x; /* is fit->x */
-#pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
     for (uint32_t t = 0; t < fit->surface.triangle_count; t++) {
         const uint32_t count = fit->target->sample_start[t + 1] - fit->target->sample_start[t];
         const double area = metric_area(fit->target->metric, fit->mesh, t);
-        double sum[2] = {0, 0};
-        compare_triangle(fit, t, ODD_HALF, sum);
+        double sum[3] = {0, 0, 0};
+        compare_triangle(fit, x, t, ODD_HALF, sum);
         scores[t] = (struct tune_score){sum[0], area > 0 ? sum[1] / area * count : 0};
     }
 }
@@ -217,8 +220,8 @@ static enum cranny_status tune(struct fit *fit, struct fit_report *report, struc
     const struct lsq_params params = solver_params(fit);
     enum cranny_status status = splat_all(fit, EVEN_HALF, report, why);
     if (status == CRANNY_OK)
-        status = tune_smoothness(&fit->surface, fit->terms, &params, fit->x, judge_fit, fit,
-                                 fit->smooth, why);
+        status = tune_smoothness(&fit->surface, fit->terms, &params, (const double(*)[2])fit->x,
+                                 judge_fit, fit, fit->smooth, why);
     return status;
 }
 

@@ -4,11 +4,12 @@
 
 #include "bake/collect.h"
 
-/* Sums over targets; two may be added in any order except `squares` and `weight`. */
+/* Sums over targets; two may be added in any order except the doubles. */
 struct fit_report {
     uint64_t unsampled_vertices, lost_components, bytes;
     int iterations, unconverged;
     double squares, weight; /* of samples against the fit, by area */
+    double visibility;      /* of samples, by area */
 };
 
 /* Fill values[vertex][0..1] (long, short) for target `index`, in [0,1]; vertices that no triangle

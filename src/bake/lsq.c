@@ -312,31 +312,53 @@ enum cranny_status lsq_build(const struct surface *surface, const struct lsq_ter
     return fail_memory(why, "least squares");
 }
 
-void lsq_set_alpha(struct lsq_system *system, double alpha)
+static bool retune_chunk(const struct lsq_system *system, size_t index, double more,
+                         struct lsq_system *other)
 {
-    const double more = alpha - system->alpha;
-    for (size_t i = 0; i < system->chunk_count; i++) {
-        const struct lsq_chunk *chunk = &system->chunks[i];
-        const size_t first = i * LSQ_CHUNK;
-        const size_t rows = system->count - first < LSQ_CHUNK ? system->count - first : LSQ_CHUNK;
-        for (uint32_t e = 0; e < chunk->start[rows]; e++)
-            chunk->value[e] += more * chunk->rough[e];
-        for (size_t row = 0; row < rows; row++)
-            system->diagonal[first + row] = chunk->value[chunk->start[row]];
-    }
-    system->alpha = alpha;
+    const struct lsq_chunk *chunk = &system->chunks[index];
+    const size_t first = index * LSQ_CHUNK;
+    const size_t rows = system->count - first < LSQ_CHUNK ? system->count - first : LSQ_CHUNK;
+    other->chunks[index] = (struct lsq_chunk){.start = chunk->start, .column = chunk->column};
+    double *value = alloc_array(chunk->start[rows], sizeof *value);
+    other->chunks[index].value = value;
+    for (uint32_t e = 0; value && e < chunk->start[rows]; e++)
+        value[e] = chunk->value[e] + more * chunk->rough[e];
+    for (size_t row = 0; value && row < rows; row++)
+        other->diagonal[first + row] = value[chunk->start[row]];
+    return value;
+}
+
+enum cranny_status lsq_retune(const struct lsq_system *system, double alpha,
+                              struct lsq_system *other, struct cranny_error *why)
+{
+    *other = *system;
+    other->alpha = alpha;
+    other->borrowed = true;
+    other->chunks = alloc_array(system->chunk_count, sizeof *other->chunks);
+    other->diagonal = alloc_array(system->count, sizeof *other->diagonal);
+    bool good = other->chunks && other->diagonal;
+    for (size_t i = 0; good && i < system->chunk_count; i++)
+        good = retune_chunk(system, i, alpha - system->alpha, other);
+    if (good)
+        return CRANNY_OK;
+    other->chunk_count = other->chunks ? other->chunk_count : 0;
+    lsq_free(other);
+    return fail_memory(why, "least squares");
 }
 
 void lsq_free(struct lsq_system *system)
 {
     for (size_t i = 0; i < system->chunk_count; i++) {
+        free(system->chunks[i].value);
+        if (system->borrowed)
+            continue;
         free(system->chunks[i].start);
         free(system->chunks[i].column);
-        free(system->chunks[i].value);
         free(system->chunks[i].rough);
     }
+    if (!system->borrowed)
+        free(system->right);
     free(system->chunks);
     free(system->diagonal);
-    free(system->right);
     *system = (struct lsq_system){0};
 }

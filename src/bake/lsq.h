@@ -37,7 +37,7 @@ struct lsq_params {
     int iterations_max;
     int threads;
     const float *smooth; /* per unknown: factor of α, the same within a connected piece; NULL: 1 */
-    bool retunable;      /* keep R apart, for lsq_set_alpha */
+    bool retunable;      /* keep R apart, for lsq_retune */
 };
 
 struct lsq_params lsq_params_default(void);
@@ -59,14 +59,16 @@ struct lsq_system {
     double (*right)[2];
     uint64_t entry_count;
     double alpha;
+    bool borrowed; /* all but values and diagonal belong to the system it was retuned from */
 };
 
 /* Build the matrix and right-hand sides; `prior`: unknown_count × 2. */
 enum cranny_status lsq_build(const struct surface *surface, const struct lsq_term *terms,
                              const double (*prior)[2], const struct lsq_params *params,
                              struct lsq_system *system, struct cranny_error *why);
-/* Another α for a retunable system. */
-void lsq_set_alpha(struct lsq_system *system, double alpha);
+/* The same system with another α; the original must be retunable and outlive it. */
+enum cranny_status lsq_retune(const struct lsq_system *system, double alpha,
+                              struct lsq_system *other, struct cranny_error *why);
 void lsq_free(struct lsq_system *system);
 
 struct lsq_outcome {

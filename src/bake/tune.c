@@ -19,7 +19,8 @@ struct tuner {
     uint32_t *piece_of; /* per unknown; first a forest of parents */
     uint32_t piece_count;
     struct judgement *pieces;
-    struct tune_score *scores; /* per triangle */
+    tune_score_fn *score;
+    void *user;
 };
 
 static uint32_t find_root(uint32_t *parent, uint32_t u)
@@ -49,15 +50,16 @@ static void label_pieces(struct tuner *tuner)
         parent[u] = parent[u] == u ? tuner->piece_count++ : parent[parent[u]];
 }
 
-static void add_scores(struct tuner *tuner, int attempt)
+static void add_scores(const struct tuner *tuner, const struct tune_score *scores, int attempt)
 {
     const struct surface *surface = tuner->surface;
     for (uint32_t t = 0; t < surface->triangle_count; t++) {
         if (surface->triangles[t][0] == SURFACE_NONE)
             continue;
         struct judgement *piece = &tuner->pieces[tuner->piece_of[surface->triangles[t][0]]];
-        piece->squares[attempt] += tuner->scores[t].squares;
-        piece->count += attempt == 0 ? tuner->scores[t].count : 0;
+        piece->squares[attempt] += scores[t].squares;
+        if (attempt == 0)
+            piece->count += scores[t].count;
     }
 }
 
@@ -89,51 +91,80 @@ static void choose(const struct tuner *tuner, float *smooth)
     }
 }
 
-static enum cranny_status run_trials(struct tuner *tuner, struct lsq_system *system,
-                                     const struct lsq_params *params, double (*x)[2],
-                                     tune_score_fn *score, void *user, struct cranny_error *why)
+static enum cranny_status run_trial(const struct tuner *tuner, const struct lsq_system *system,
+                                    const struct lsq_params *params, const double (*prior)[2],
+                                    int attempt, struct cranny_error *why)
 {
+    const struct surface *surface = tuner->surface;
+    struct lsq_system own = {0};
+    struct lsq_outcome outcome;
+    double(*x)[2] = alloc_array(surface->unknown_count, sizeof *x);
+    struct tune_score *scores = alloc_array(surface->triangle_count, sizeof *scores);
+    enum cranny_status status = x && scores ? CRANNY_OK : fail_memory(why, "least squares");
+    if (status == CRANNY_OK)
+        status = lsq_retune(system, params->alpha * factors[attempt], &own, why);
+    if (status == CRANNY_OK) {
+        memcpy(x, prior, surface->unknown_count * sizeof *x);
+        status = lsq_solve(&own, params, x, &outcome, why);
+    }
+    if (status == CRANNY_OK) {
+        tuner->score(tuner->user, (const double(*)[2])x, scores);
+        add_scores(tuner, scores, attempt);
+    }
+    lsq_free(&own);
+    free(scores);
+    free(x);
+    return status;
+}
+
+/* Side by side: each thread solves alone, without barriers. */
+static enum cranny_status run_trials(const struct tuner *tuner, const struct lsq_system *system,
+                                     const struct lsq_params *params, const double (*prior)[2],
+                                     struct cranny_error *why)
+{
+    enum cranny_status statuses[TRIES];
+    struct cranny_error errors[TRIES];
+    struct lsq_params alone = *params;
+    alone.threads = 1;
+#pragma omp parallel for num_threads(params->threads) schedule(dynamic, 1) if (params->threads > 1)
+    for (int i = 0; i < TRIES; i++)
+        statuses[i] = run_trial(tuner, system, &alone, prior, TRIES - 1 - i, &errors[i]);
     for (int i = 0; i < TRIES; i++) {
-        struct lsq_outcome outcome;
-        lsq_set_alpha(system, params->alpha * factors[i]);
-        const enum cranny_status status = lsq_solve(system, params, x, &outcome, why);
-        if (status != CRANNY_OK)
-            return status;
-        score(user, (const double(*)[2])x, tuner->scores);
-        add_scores(tuner, i);
+        if (statuses[i] == CRANNY_OK)
+            continue;
+        if (why)
+            *why = errors[i];
+        return statuses[i];
     }
     return CRANNY_OK;
 }
 
 enum cranny_status tune_smoothness(const struct surface *surface, const struct lsq_term *terms,
-                                   const struct lsq_params *params, double (*x)[2],
+                                   const struct lsq_params *params, const double (*prior)[2],
                                    tune_score_fn *score, void *user, float *smooth,
                                    struct cranny_error *why)
 {
     struct lsq_params trial = *params;
     struct lsq_system system = {0};
-    struct tuner tuner = {.surface = surface};
+    struct tuner tuner = {.surface = surface, .score = score, .user = user};
     trial.retunable = true;
     trial.smooth = NULL;
     trial.tolerance = TRIAL_TOLERANCE;
     trial.iterations_max = min_int(params->iterations_max, TRIAL_ITERATIONS);
     tuner.piece_of = alloc_array(surface->unknown_count, sizeof *tuner.piece_of);
-    tuner.scores = alloc_array(surface->triangle_count, sizeof *tuner.scores);
     if (tuner.piece_of)
         label_pieces(&tuner);
     tuner.pieces = alloc_array(tuner.piece_count, sizeof *tuner.pieces);
-    enum cranny_status status = tuner.piece_of && tuner.scores && tuner.pieces
-                                    ? CRANNY_OK
-                                    : fail_memory(why, "least squares");
+    enum cranny_status status =
+        tuner.piece_of && tuner.pieces ? CRANNY_OK : fail_memory(why, "least squares");
     if (status == CRANNY_OK)
-        status = lsq_build(surface, terms, (const double(*)[2])x, &trial, &system, why);
+        status = lsq_build(surface, terms, prior, &trial, &system, why);
     if (status == CRANNY_OK)
-        status = run_trials(&tuner, &system, &trial, x, score, user, why);
+        status = run_trials(&tuner, &system, &trial, prior, why);
     if (status == CRANNY_OK)
         choose(&tuner, smooth);
     lsq_free(&system);
     free(tuner.piece_of);
-    free(tuner.scores);
     free(tuner.pieces);
     return status;
 }

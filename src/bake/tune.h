@@ -14,14 +14,14 @@ struct tune_score {
     double count;   /* of samples */
 };
 
-/* Fill scores[triangle_count] for the fit `x`. */
+/* Fill scores[triangle_count] for the fit `x`; called from several threads at once. */
 typedef void tune_score_fn(void *user, const double (*x)[2], struct tune_score *scores);
 
 /* Fit with several α to `terms` (of one half of the samples), let `score` judge each by the other
- * half, and write the factor of α that suits each unknown's piece to smooth[unknown_count]. `x`:
- * prior on entry, used up. Pieces with few samples are judged together. */
+ * half, and write the factor of α that suits each unknown's piece to smooth[unknown_count].
+ * `prior`: where the fits start. Pieces with few samples are judged together. */
 enum cranny_status tune_smoothness(const struct surface *surface, const struct lsq_term *terms,
-                                   const struct lsq_params *params, double (*x)[2],
+                                   const struct lsq_params *params, const double (*prior)[2],
                                    tune_score_fn *score, void *user, float *smooth,
                                    struct cranny_error *why);
 
