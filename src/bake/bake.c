@@ -1,8 +1,7 @@
 /* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013. */
 #include "bake/fit.h"
 #include "bake/params.h"
-
-#include <omp.h>
+#include "bake/watch.h"
 
 /* Targets above this many triangles are fitted one after the other with all threads. */
 #define BIG_TRIANGLES 100000u
@@ -21,6 +20,7 @@ struct cranny_bake {
 
 struct run {
     uint64_t triangle_total; /* over targets */
+    struct watch watch;      /* of the solve */
     const struct cranny_scene *scene;
     const struct cranny_bake_params *params;
     struct cranny_bake *bake;
@@ -105,8 +105,8 @@ static enum cranny_status finish_target(struct run *run, size_t index, int threa
         status = fit_from_vertices(&run->plan, run->tracer, index, run->params, raw, report,
                                    &run->samples, why);
     else if (status == CRANNY_OK)
-        status =
-            fit_target(&run->plan, &run->samples, index, run->params, threads, raw, report, why);
+        status = fit_target(&run->plan, &run->samples, index, run->params, threads, &run->watch,
+                            raw, report, why);
     if (status == CRANNY_OK)
         spread_channels(run->params, (const float(*)[2])raw, count, values);
     free(raw);
@@ -152,30 +152,32 @@ static struct turn *order_targets(struct run *run)
     return turns;
 }
 
-static bool tell(const struct run *run, size_t done)
+static enum cranny_status stopped(struct run *run, struct cranny_error *why)
 {
-    return hook_progress(run->params->hooks, "solve", (double)done, (double)run->plan.target_count);
+    return watch_goes_on(&run->watch)
+               ? CRANNY_OK
+               : fail(why, CRANNY_CANCELLED, "bake: cancelled while solving");
 }
 
-static enum cranny_status finish_big(struct run *run, size_t *done, struct fit_report *reports,
+static enum cranny_status finish_big(struct run *run, struct fit_report *reports,
                                      struct cranny_error *why)
 {
-    enum cranny_status status = CRANNY_OK;
+    enum cranny_status status = stopped(run, why);
     for (size_t i = 0; status == CRANNY_OK && i < run->plan.target_count; i++) {
         if (!is_big(run, i))
             continue;
         status = finish_target(run, i, run->threads, &reports[i], why);
-        if (status == CRANNY_OK && !tell(run, ++*done))
-            status = fail(why, CRANNY_CANCELLED, "bake: cancelled while solving");
+        watch_done(&run->watch);
+        if (status == CRANNY_OK)
+            status = stopped(run, why);
     }
     return status;
 }
 
-static enum cranny_status finish_small(struct run *run, const struct turn *turns, size_t big,
+static enum cranny_status finish_small(struct run *run, const struct turn *turns,
                                        struct fit_report *reports, struct cranny_error *why)
 {
     int failed = CRANNY_OK;
-    size_t done = big;
 #pragma omp parallel for num_threads(run->threads) schedule(dynamic, 1)
     for (size_t turn = 0; turn < run->plan.target_count; turn++) {
         const size_t i = turns[turn].index;
@@ -185,23 +187,21 @@ static enum cranny_status finish_small(struct run *run, const struct turn *turns
         if (seen != CRANNY_OK || is_big(run, i))
             continue;
         struct cranny_error own = {0};
-        int status = (int)finish_target(run, i, 1, &reports[i], &own);
-        size_t now;
-#pragma omp atomic capture
-        now = ++done;
-        if (status == CRANNY_OK && omp_get_thread_num() == 0 && !tell(run, now))
-            status = (int)fail(&own, CRANNY_CANCELLED, "bake: cancelled while solving");
-        if (status != CRANNY_OK) {
+        enum cranny_status status = stopped(run, &own);
+        if (status == CRANNY_OK)
+            status = finish_target(run, i, 1, &reports[i], &own);
+        watch_done(&run->watch);
+        if (status == CRANNY_OK)
+            continue;
 #pragma omp critical
-            {
+        {
 #pragma omp atomic write
-                failed = status;
-                if (why)
-                    *why = own;
-            }
+            failed = (int)status;
+            if (why)
+                *why = own;
         }
     }
-    return (enum cranny_status)failed;
+    return failed == CRANNY_OK ? stopped(run, why) : (enum cranny_status)failed;
 }
 
 /* At 300 m a courtyard is all walls. Right, but not what most people expect to see. */
@@ -261,11 +261,11 @@ static enum cranny_status fit_all(struct run *run, struct cranny_error *why)
         return fail_memory(why, "values");
     }
     bake->target_count = count;
-    size_t done = 0;
     struct turn *turns = order_targets(run);
-    status = turns ? finish_big(run, &done, reports, why) : fail_memory(why, "values");
+    watch_begin(&run->watch, run->params->hooks, "solve", count);
+    status = turns ? finish_big(run, reports, why) : fail_memory(why, "values");
     if (status == CRANNY_OK)
-        status = finish_small(run, turns, done, reports, why);
+        status = finish_small(run, turns, reports, why);
     free(turns);
     if (status == CRANNY_OK)
         sum_reports(run, reports);

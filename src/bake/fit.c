@@ -25,6 +25,7 @@ struct fit {
     const struct samples *samples;
     const struct cranny_bake_params *params;
     int threads;
+    struct watch *watch; /* NULL: nobody stops it */
     struct surface surface;
     struct lsq_term *terms; /* per triangle */
     double (*x)[2];         /* per unknown */
@@ -112,6 +113,7 @@ static struct lsq_params solver_params(const struct fit *fit)
     params.alpha = fit->params->alpha * ALPHA_RAYS / fit->params->rays;
     params.threads = fit->threads;
     params.smooth = fit->smooth;
+    params.watch = fit->watch;
     return params;
 }
 
@@ -289,7 +291,7 @@ static void fit_end(struct fit *fit)
 
 enum cranny_status fit_target(const struct plan *plan, const struct samples *samples, size_t index,
                               const struct cranny_bake_params *params, int threads,
-                              float (*values)[2], struct fit_report *report,
+                              struct watch *watch, float (*values)[2], struct fit_report *report,
                               struct cranny_error *why)
 {
     const struct target *target = &plan->targets[index];
@@ -298,7 +300,8 @@ enum cranny_status fit_target(const struct plan *plan, const struct samples *sam
                       .mesh = plan_mesh(plan, target),
                       .samples = samples,
                       .params = params,
-                      .threads = threads};
+                      .threads = threads,
+                      .watch = watch};
     *report = (struct fit_report){0};
     enum cranny_status status = fit_begin(&fit, fit.mesh->triangle_count, report, why);
     if (status == CRANNY_OK && params->fit == CRANNY_FIT_LEAST_SQUARES && params->tune)

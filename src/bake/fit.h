@@ -3,6 +3,7 @@
 #define BAKE_FIT_H
 
 #include "bake/collect.h"
+#include "bake/watch.h"
 
 /* Sums over targets; two may be added in any order except the doubles. */
 struct fit_report {
@@ -13,10 +14,10 @@ struct fit_report {
 };
 
 /* Fill values[vertex][0..1] (long, short) for target `index`, in [0,1]; vertices that no triangle
- * uses get 1. `threads` never changes the bits. */
+ * uses get 1. `threads` never changes the bits. `watch` may stop it. */
 enum cranny_status fit_target(const struct plan *plan, const struct samples *samples, size_t index,
                               const struct cranny_bake_params *params, int threads,
-                              float (*values)[2], struct fit_report *report,
+                              struct watch *watch, float (*values)[2], struct fit_report *report,
                               struct cranny_error *why);
 
 /* The same for CRANNY_FIT_VERTEX: rays from the vertices; `rays` and `samples` are added to. */

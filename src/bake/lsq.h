@@ -6,6 +6,7 @@
 #define BAKE_LSQ_H
 
 #include "bake/surface.h"
+#include "bake/watch.h"
 
 /* What the samples of one triangle add to M and b: entries 00, 11, 22, 01, 12, 20 of its 3×3 block
  * and, per signal, the corners' right-hand sides. */
@@ -37,6 +38,7 @@ struct lsq_params {
     int iterations_max;
     int threads;
     const float *smooth; /* per unknown: factor of α, the same within a connected piece; NULL: 1 */
+    struct watch *watch; /* asked at every iteration; NULL: nobody */
     bool retunable;      /* keep R apart, for lsq_retune */
 };
 

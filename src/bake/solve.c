@@ -110,7 +110,8 @@ static double trace(const struct lsq_system *system)
     return sum;
 }
 
-static void iterate(const struct solver *solver, const struct lsq_params *params,
+/* False when the watch stopped it. */
+static bool iterate(const struct solver *solver, const struct lsq_params *params,
                     struct lsq_outcome *outcome)
 {
     pair rho, curvature, next;
@@ -122,7 +123,9 @@ static void iterate(const struct solver *solver, const struct lsq_params *params
         outcome->residual = sqrt(worst);
         outcome->converged = worst <= enough;
         if (outcome->converged || outcome->iterations >= params->iterations_max)
-            return;
+            return true;
+        if (!watch_goes_on(params->watch))
+            return false;
         multiply(solver, (const pair *)solver->direction, solver->product, curvature);
         pair step, keep;
         for (int s = 0; s < 2; s++)
@@ -153,11 +156,12 @@ enum cranny_status lsq_solve(const struct lsq_system *system, const struct lsq_p
         .partial = alloc_array(system->chunk_count, sizeof(pair)),
     };
     const bool complete = solver.residual && solver.direction && solver.product && solver.partial;
-    if (complete)
-        iterate(&solver, params, outcome);
+    const bool finished = complete && iterate(&solver, params, outcome);
     free(solver.residual);
     free(solver.direction);
     free(solver.product);
     free(solver.partial);
-    return complete ? CRANNY_OK : fail_memory(why, "least squares");
+    if (!complete)
+        return fail_memory(why, "least squares");
+    return finished ? CRANNY_OK : fail(why, CRANNY_CANCELLED, "bake: cancelled while solving");
 }
