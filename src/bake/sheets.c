@@ -1,5 +1,7 @@
 #include "bake/sheets.h"
 
+#include "bake/forest.h"
+
 /* A sample is closed in when nothing escapes and what there is lies well within the short distance.
  * A dark room is not: its walls are further off. */
 #define CLOSED_IN_LONG 0.02
@@ -50,22 +52,6 @@ static bool any_closed(const struct finder *finder)
     return false;
 }
 
-static uint32_t find_root(uint32_t *parent, uint32_t vertex)
-{
-    while (parent[vertex] != vertex) {
-        parent[vertex] = parent[parent[vertex]];
-        vertex = parent[vertex];
-    }
-    return vertex;
-}
-
-static void join(uint32_t *parent, uint32_t a, uint32_t b)
-{
-    a = find_root(parent, a);
-    b = find_root(parent, b);
-    parent[a > b ? a : b] = a > b ? b : a;
-}
-
 static uint32_t hash_position(const float p[3])
 {
     uint32_t h = 0;
@@ -99,14 +85,14 @@ static enum cranny_status connect(struct finder *finder, struct cranny_error *wh
         while (slots[slot] && !same_position(mesh->positions[slots[slot] - 1], mesh->positions[v]))
             slot = (slot + 1) & (slot_count - 1);
         if (slots[slot])
-            join(finder->parent, v, slots[slot] - 1);
+            forest_join(finder->parent, v, slots[slot] - 1);
         else
             slots[slot] = v + 1;
     }
     free(slots);
     for (uint32_t t = 0; t < mesh->triangle_count; t++)
         for (int c = 0; c < 2; c++)
-            join(finder->parent, mesh->triangles[t][c], mesh->triangles[t][c + 1]);
+            forest_join(finder->parent, mesh->triangles[t][c], mesh->triangles[t][c + 1]);
     return CRANNY_OK;
 }
 
@@ -119,7 +105,7 @@ static void weigh(const struct finder *finder)
             continue;
         const double area = metric_area(target->metric, finder->mesh, t);
         struct piece *piece =
-            &finder->pieces[find_root(finder->parent, finder->mesh->triangles[t][0])];
+            &finder->pieces[forest_root(finder->parent, finder->mesh->triangles[t][0])];
         piece->area += area;
         piece->closed += area * closed_samples(finder, t) / count;
         piece->single_sided |= !two_sided(finder, t);
@@ -133,7 +119,7 @@ static enum cranny_status flag(const struct finder *finder, uint8_t **turned,
     const struct target *target = finder->target;
     for (uint32_t t = 0; t < finder->mesh->triangle_count; t++) {
         const struct piece *piece =
-            &finder->pieces[find_root(finder->parent, finder->mesh->triangles[t][0])];
+            &finder->pieces[forest_root(finder->parent, finder->mesh->triangles[t][0])];
         if (piece->single_sided || !(piece->closed > CLOSED_IN_SHARE * piece->area))
             continue;
         if (!*turned)

@@ -1,5 +1,7 @@
 #include "bake/tune.h"
 
+#include "bake/forest.h"
+
 /* Factors of α that are tried; between them the best is interpolated. */
 #define TRIES 4
 static const double factors[TRIES] = {0.25, 2, 16, 128};
@@ -23,15 +25,6 @@ struct tuner {
     void *user;
 };
 
-static uint32_t find_root(uint32_t *parent, uint32_t u)
-{
-    while (parent[u] != u) {
-        parent[u] = parent[parent[u]];
-        u = parent[u];
-    }
-    return u;
-}
-
 /* Roots are the smallest of their piece, so that one pass turns parents into numbers. */
 static void label_pieces(struct tuner *tuner)
 {
@@ -39,13 +32,9 @@ static void label_pieces(struct tuner *tuner)
     uint32_t *parent = tuner->piece_of;
     for (uint32_t u = 0; u < surface->unknown_count; u++)
         parent[u] = u;
-    for (uint32_t t = 0; t < surface->triangle_count; t++) {
-        for (int c = 0; c < 2 && surface->triangles[t][0] != SURFACE_NONE; c++) {
-            const uint32_t a = find_root(parent, surface->triangles[t][c]);
-            const uint32_t b = find_root(parent, surface->triangles[t][c + 1]);
-            parent[a > b ? a : b] = a > b ? b : a;
-        }
-    }
+    for (uint32_t t = 0; t < surface->triangle_count; t++)
+        for (int c = 0; c < 2 && surface->triangles[t][0] != SURFACE_NONE; c++)
+            forest_join(parent, surface->triangles[t][c], surface->triangles[t][c + 1]);
     for (uint32_t u = 0; u < surface->unknown_count; u++)
         parent[u] = parent[u] == u ? tuner->piece_count++ : parent[parent[u]];
 }
