@@ -216,7 +216,7 @@ static enum cranny_status survey(struct builder *b, const json_t *primitives,
         b->primitives[b->primitive_count++] = p;
         b->triangle_bound += p.triangle_bound;
         if (b->vertex_count >= UINT32_MAX || b->triangle_bound >= UINT32_MAX / 3)
-            return fail_at(b->gltf->document, place, why, CRANNY_MEMORY,
+            return fail_at(b->gltf->document, place, why, CRANNY_INPUT,
                            "the mesh has more vertices or triangles than 32 bits can count");
     }
     return CRANNY_OK;
