@@ -556,7 +556,7 @@ static void test_bad_accessors(void)
          "/accessors/0/count"},
         {QUAD_VIEW, "'bufferView':0,'componentType':5126,'count':9007199254740993,'type':'VEC3'",
          CRANNY_INPUT, "/accessors/0"},
-        {QUAD_VIEW, "'componentType':5126,'count':4000000000,'type':'VEC3'", CRANNY_MEMORY, ""},
+        {QUAD_VIEW, "'componentType':5126,'count':4000000000,'type':'VEC3'", CRANNY_INPUT, "32 bits"},
         {"{'buffer':0,'byteOffset':4,'byteLength':48}",
          "'bufferView':0,'componentType':5126,'count':4,'type':'VEC3'", CRANNY_INPUT,
          "/bufferViews/0"},
