@@ -51,7 +51,10 @@ struct cranny_bake_params {
     const struct cranny_hooks *hooks; /* not in the table */
 };
 
+/* The rows of struct cranny_bake_params: names, units, ranges, defaults, help. */
 CRANNY_API const struct cranny_param_table *cranny_bake_param_table(void);
+
+/* Every field at its row's default, no hooks. */
 CRANNY_API struct cranny_bake_params cranny_bake_params_default(void);
 
 /* Baked values. Immutable. Independent of the scene after creation, except that saving wants both.
@@ -65,8 +68,11 @@ CRANNY_API enum cranny_status cranny_bake_create(const struct cranny_scene *scen
                                                  const struct cranny_bake_params *params,
                                                  struct cranny_bake **bake,
                                                  struct cranny_error *why);
+
+/* Frees the values and sets *bake to NULL; accepts NULL. */
 CRANNY_API void cranny_bake_destroy(struct cranny_bake **bake);
 
+/* Which values: both distances blended and remapped, or one of them as it was fitted. */
 enum cranny_channel { CRANNY_CHANNEL_VISIBILITY, CRANNY_CHANNEL_LONG, CRANNY_CHANNEL_SHORT };
 
 /* Values of an instance's vertices, in [0,1], 1 = open: the blended and remapped visibility, or one
@@ -90,6 +96,7 @@ struct cranny_bake_report {
     uint64_t bytes_bvh, bytes_samples, bytes_solve;
 };
 
+/* Copies what cranny_bake_create measured into *report. */
 CRANNY_API void cranny_bake_get_report(const struct cranny_bake *bake,
                                        struct cranny_bake_report *report);
 
@@ -107,6 +114,7 @@ struct cranny_preview_params {
     const struct cranny_hooks *hooks; /* may be NULL; stages "bvh", "preview" */
 };
 
+/* All cores, no hooks. */
 CRANNY_API struct cranny_preview_params cranny_preview_params_default(void);
 
 /* A picture of the baked values: grey clay times visibility, sky white-blue, for a quick look.

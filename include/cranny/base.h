@@ -41,6 +41,7 @@ struct cranny_error {
     char message[CRANNY_ERROR_TEXT_SIZE];
 };
 
+/* How much a line of the log matters; warnings are worth showing to everyone. */
 enum cranny_log_level { CRANNY_LOG_WARNING, CRANNY_LOG_INFO, CRANNY_LOG_DEBUG };
 
 /* Callbacks of a caller; each may be NULL. They are called from the thread that called the
@@ -54,6 +55,7 @@ struct cranny_hooks {
     bool (*progress)(void *user, const char *stage, double done, double total);
 };
 
+/* What the field of a parameter holds. */
 enum cranny_param_type {
     CRANNY_PARAM_FLOAT, /* field is float */
     CRANNY_PARAM_INT,   /* field is int */
@@ -72,6 +74,7 @@ struct cranny_param {
     const char *help; /* one sentence, lower case first letter, no full stop */
 };
 
+/* All parameters of one params struct, in the order in which to show them. */
 struct cranny_param_table {
     const char *name; /* "bake" */
     const struct cranny_param *rows;

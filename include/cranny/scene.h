@@ -15,6 +15,7 @@ extern "C" {
 /* A loaded scene. Reading it from several threads is safe; adding to it is not. */
 struct cranny_scene;
 
+/* What to read, and what to refuse. */
 struct cranny_scene_load_params {
     bool allow_outside; /* read files that the scene names outside its own folder; default false */
     int scene;          /* index into glTF `scenes`; -1 (default): the file's default, else the first,
@@ -24,6 +25,7 @@ struct cranny_scene_load_params {
     const struct cranny_hooks *hooks; /* warnings and progress; may be NULL */
 };
 
+/* The defaults named above, no hooks. */
 CRANNY_API struct cranny_scene_load_params cranny_scene_load_params_default(void);
 
 /* Read a scene. .gltf and .glb by Cranny's own reader, everything else (.obj .ply .stl .fbx .dae …)
@@ -49,6 +51,7 @@ CRANNY_API enum cranny_status cranny_scene_create(struct cranny_scene **scene,
 /* Frees the scene and sets *scene to NULL; accepts NULL. */
 CRANNY_API void cranny_scene_destroy(struct cranny_scene **scene);
 
+/* glTF's alphaMode: alpha is ignored, compared with the cutoff, or a share of coverage. */
 enum cranny_alpha_mode { CRANNY_ALPHA_OPAQUE, CRANNY_ALPHA_MASK, CRANNY_ALPHA_BLEND };
 
 /* What occlusion needs to know of a material. A hit counts with the probability `opacity` times the
@@ -64,6 +67,7 @@ struct cranny_material {
     float base_color[4];   /* linear base colour factor */
 };
 
+/* Texture coordinates beyond [0,1]. */
 enum cranny_wrap { CRANNY_WRAP_REPEAT, CRANNY_WRAP_CLAMP, CRANNY_WRAP_MIRROR };
 
 /* An alpha plane, 8 bits a texel, rows top to bottom without padding. */
@@ -102,6 +106,7 @@ struct cranny_camera {
     double world_from_view[12];
 };
 
+/* How many there are of each; their indices run from 0. */
 CRANNY_API uint32_t cranny_scene_mesh_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_instance_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_material_count(const struct cranny_scene *scene);
@@ -157,6 +162,7 @@ struct cranny_scene_info {
     double bounds[6];
 };
 
+/* Counts everything, from the triangles up: linear in the scene's size. */
 CRANNY_API void cranny_scene_get_info(const struct cranny_scene *scene,
                                       struct cranny_scene_info *info);
 
@@ -177,6 +183,7 @@ enum cranny_output {
     CRANNY_OUTPUT_ATTRIBUTE, /* _AO: float; VEC2 (long, short) with `raw` */
 };
 
+/* How cranny_scene_save (bake.h) writes. */
 struct cranny_save_params {
     enum cranny_output to; /* default occlusion */
     bool replace;          /* occlusion: displace occlusion textures that are already there */
@@ -184,6 +191,7 @@ struct cranny_save_params {
     const struct cranny_hooks *hooks;
 };
 
+/* An occlusion texture where there is none yet, no hooks. */
 CRANNY_API struct cranny_save_params cranny_save_params_default(void);
 
 #ifdef __cplusplus

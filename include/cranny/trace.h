@@ -14,6 +14,7 @@ extern "C" {
  * Keeps a pointer to the scene, which must outlive it. */
 struct cranny_tracer;
 
+/* What to build, and with what. */
 struct cranny_tracer_params {
     bool ground;         /* add an infinite occluding plane under everything; default false */
     float ground_height; /* metres, world y of that plane; NaN (default): the lowest vertex */
@@ -21,6 +22,7 @@ struct cranny_tracer_params {
     const struct cranny_hooks *hooks; /* may be NULL */
 };
 
+/* The defaults named above, no hooks. */
 CRANNY_API struct cranny_tracer_params cranny_tracer_params_default(void);
 
 /* Build. `params` NULL means defaults. CRANNY_MEMORY when the structure does not fit. */
@@ -28,6 +30,8 @@ CRANNY_API enum cranny_status cranny_tracer_create(const struct cranny_scene *sc
                                                    const struct cranny_tracer_params *params,
                                                    struct cranny_tracer **tracer,
                                                    struct cranny_error *why);
+
+/* Frees the structure and sets *tracer to NULL; accepts NULL. */
 CRANNY_API void cranny_tracer_destroy(struct cranny_tracer **tracer);
 
 /* Bytes that the acceleration structure holds. */
@@ -51,6 +55,7 @@ enum cranny_sampler {
  * (Rays are the same; hits agree but for rounding at edges.) */
 enum cranny_packet { CRANNY_PACKET_1, CRANNY_PACKET_8, CRANNY_PACKET_16 };
 
+/* Rays per point, and how their distances count. */
 struct cranny_gather_params {
     int rays;                   /* per point, 1..65536; default 64 */
     float distances[2];         /* metres, > 0: long and short r of the kernel; default 300 and 2 */
@@ -62,6 +67,7 @@ struct cranny_gather_params {
     const struct cranny_hooks *hooks;
 };
 
+/* The defaults named above, no hooks. */
 CRANNY_API struct cranny_gather_params cranny_gather_params_default(void);
 
 /* Obscurance at points on surfaces, eq. 1 of the 2013 paper.
@@ -78,14 +84,17 @@ cranny_gather(const struct cranny_tracer *tracer, size_t point_count, const floa
               const struct cranny_gather_params *params, float (*visibility)[2],
               float *back_fraction, struct cranny_error *why);
 
-/* The nearest surface along each ray; the ray starts at `origins` (no offset is added).
- * `directions` unit. `distances`: metres, +INFINITY for none. `hits` may be NULL. */
+/* What a ray met first. */
 struct cranny_hit {
     uint32_t instance;     /* UINT32_MAX: nothing, or the ground plane */
     uint32_t triangle;     /* of the instance's mesh */
     float u, v;            /* barycentrics of the triangle's second and third vertex */
     bool back_face;        /* seen from behind, whatever the material */
 };
+
+/* The nearest surface along each ray; the ray starts at `origins` (no offset is added).
+ * `directions` unit. `distances`: metres, +INFINITY for none. `hits` may be NULL.
+ * `threads` 0: all cores; never changes the result. */
 CRANNY_API enum cranny_status cranny_trace(const struct cranny_tracer *tracer, size_t ray_count,
                                            const float (*origins)[3], const float (*directions)[3],
                                            float *distances, struct cranny_hit *hits, int threads,
