@@ -113,7 +113,7 @@ static void read_uv_transform(const json_t *info, float transform[6], int *texco
 
 static enum cranny_wrap read_wrap(const json_t *sampler, const char *name)
 {
-    const int mode = (int)loose_number(sampler, name, 10497);
+    const double mode = loose_number(sampler, name, 10497); /* any number, past int's range too */
     return mode == 33071   ? CRANNY_WRAP_CLAMP
            : mode == 33648 ? CRANNY_WRAP_MIRROR
                            : CRANNY_WRAP_REPEAT;
