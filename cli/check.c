@@ -59,7 +59,7 @@ static int check_scene(struct ui *ui, const char *path, const struct load_option
         status = cranny_scene_check(scene, on_finding, &findings, &why);
     int exit = status == CRANNY_OK ? print_result(ui, path, &findings) : ui_fail(ui, &why);
     if (exit == 0 && findings.counts[CRANNY_SEVERITY_ERROR])
-        exit = exit_status(CRANNY_INPUT);
+        exit = cranny_exit_status(CRANNY_INPUT);
     json_decref(findings.list);
     cranny_scene_destroy(&scene);
     return exit;

@@ -59,7 +59,7 @@ static int refuse_command(const char *word)
         fprintf(stderr, "cranny: '%s' is no command; did you mean 'cranny bake %s'?\n", word, word);
     else
         fprintf(stderr, "cranny: unknown command '%s'; see 'cranny --help'\n", word);
-    return exit_status(CRANNY_USAGE);
+    return cranny_exit_status(CRANNY_USAGE);
 }
 
 /* For docs/parameters.md, which a test compares with this text. */
@@ -83,7 +83,7 @@ int main(int argc, char **argv)
     const char *word = argc > 1 ? argv[1] : "";
     if (argc < 2) {
         fprintf(stderr, "cranny: no command given: bake, info or check; see 'cranny --help'\n");
-        return exit_status(CRANNY_USAGE);
+        return cranny_exit_status(CRANNY_USAGE);
     }
     if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0)
         return print_help();

@@ -186,24 +186,6 @@ void ui_end(struct ui *ui)
     ui->warnings = NULL;
 }
 
-int exit_status(enum cranny_status status)
-{
-    switch (status) {
-    case CRANNY_OK:
-        return 0;
-    case CRANNY_FAILED:
-    case CRANNY_MEMORY:
-        return 1;
-    case CRANNY_USAGE:
-        return 2;
-    case CRANNY_INPUT:
-        return 3;
-    case CRANNY_CANCELLED:
-        return 130;
-    }
-    return 1;
-}
-
 int ui_fail(struct ui *ui, const struct cranny_error *why)
 {
     ui_erase(ui);
@@ -213,7 +195,7 @@ int ui_fail(struct ui *ui, const struct cranny_error *why)
         fprintf(stderr, "cranny: interrupted; nothing was written\n");
     else
         fprintf(stderr, "cranny: %s\n", why->message);
-    return exit_status(why->status);
+    return cranny_exit_status(why->status);
 }
 
 int ui_finish_output(struct ui *ui)

@@ -36,7 +36,6 @@ void ui_warn(struct ui *ui, const char *format, ...) __attribute__((format(print
 
 /* Print the error's line, return the exit status that belongs to it. */
 int ui_fail(struct ui *ui, const struct cranny_error *why);
-int exit_status(enum cranny_status status);
 
 /* A JSON string of any bytes: what is not UTF-8 becomes '?'. */
 json_t *json_text(const char *text);

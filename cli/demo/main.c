@@ -316,24 +316,6 @@ static bool parse(int count, char **args, struct options *options)
     return true;
 }
 
-static int exit_status(enum cranny_status status)
-{
-    switch (status) {
-    case CRANNY_OK:
-        return 0;
-    case CRANNY_FAILED:
-    case CRANNY_MEMORY:
-        return 1;
-    case CRANNY_USAGE:
-        return 2;
-    case CRANNY_INPUT:
-        return 3;
-    case CRANNY_CANCELLED:
-        return 130;
-    }
-    return 1;
-}
-
 int main(int count, char **args)
 {
     struct options options;
@@ -352,5 +334,5 @@ int main(int count, char **args)
     cranny_scene_destroy(&demo.scene);
     free(demo.stem);
     free(demo.output_name);
-    return exit_status(status);
+    return cranny_exit_status(status);
 }

@@ -7,9 +7,9 @@
 #include <stdint.h>
 
 #if defined(__GNUC__)
-#define CRANNY_API __attribute__((visibility("default")))
+#    define CRANNY_API __attribute__((visibility("default")))
 #else
-#define CRANNY_API
+#    define CRANNY_API
 #endif
 
 #ifdef __cplusplus
@@ -21,8 +21,8 @@ extern "C" {
 #define CRANNY_VERSION_PATCH 0
 #define CRANNY_VERSION_TEXT "0.1.0"
 
-/* What every fallible function returns. The command's exit status follows from it:
- * OK 0, FAILED and MEMORY 1, USAGE 2, INPUT 3, CANCELLED 130. */
+/* What every fallible function returns. cranny_exit_status says what a
+ * program exits with. */
 enum cranny_status {
     CRANNY_OK = 0,
     CRANNY_FAILED,    /* the system refused something: disk full, device lost */
@@ -67,11 +67,11 @@ enum cranny_param_type {
 struct cranny_param {
     const char *name; /* as in --set NAME=VALUE and in preset files, snake_case */
     enum cranny_param_type type;
-    size_t offset; /* of the field in the parameter struct */
+    size_t offset;    /* of the field in the parameter struct */
     const char *unit; /* "m", "rays", "" */
     double minimum, maximum, fallback;
     const char *const *choices; /* CRANNY_PARAM_ENUM: NULL-terminated names; else NULL */
-    const char *help; /* one sentence, lower case first letter, no full stop */
+    const char *help;           /* one sentence, lower case first letter, no full stop */
 };
 
 /* All parameters of one params struct, in the order in which to show them. */
@@ -110,6 +110,10 @@ CRANNY_API const char *cranny_version(void);
 
 /* A word for a status: "ok", "failed", "usage", "input", "memory", "cancelled". */
 CRANNY_API const char *cranny_status_name(enum cranny_status status);
+
+/* What a program exits with for a status: 0 done, 1 failed or out of memory, 2 wrong usage, 3 bad
+ * input, 130 cancelled. */
+CRANNY_API int cranny_exit_status(enum cranny_status status);
 
 /* Write 8-bit pixels as PNG; the file appears whole or not at all. `channels` 1 (grey), 3 (RGB) or
  * 4 (RGBA); rows top to bottom, `stride` bytes apart. CRANNY_FAILED when it cannot be written. */

@@ -167,7 +167,7 @@ static enum cranny_status finish_big(struct run *run, struct fit_report *reports
         if (!is_big(run, i))
             continue;
         status = finish_target(run, i, run->threads, &reports[i], why);
-        watch_done(&run->watch);
+        watch_advance(&run->watch, 1);
         if (status == CRANNY_OK)
             status = stopped(run, why);
     }
@@ -190,7 +190,7 @@ static enum cranny_status finish_small(struct run *run, const struct turn *turns
         enum cranny_status status = stopped(run, &own);
         if (status == CRANNY_OK)
             status = finish_target(run, i, 1, &reports[i], &own);
-        watch_done(&run->watch);
+        watch_advance(&run->watch, 1);
         if (status == CRANNY_OK)
             continue;
 #pragma omp critical

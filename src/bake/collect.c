@@ -2,9 +2,9 @@
  * samples whose rays see too many back faces are buried and dropped. */
 #include "bake/sheets.h"
 
+#include "bake/watch.h"
+#include "base/vector.h"
 #include "trace/gather.h"
-
-#include <omp.h>
 
 /* Rays between two looks at the cancel flag: about 20 ms of one thread. */
 #define RAYS_PER_WORK 65536
@@ -39,33 +39,8 @@ struct collector {
     struct samples *samples;
     const struct sheets *sheets; /* NULL: all triangles from the front; else the turned ones */
     int batch_limit;             /* points traced without a look at the cancel flag */
-    struct trace_progress progress;
+    struct watch watch;
 };
-
-void trace_advance(struct trace_progress *progress, double units)
-{
-    double done;
-#pragma omp atomic capture
-    done = progress->done += units;
-    if (omp_get_thread_num() != 0)
-        return;
-    const double now = seconds_now();
-    if (now < progress->next)
-        return;
-    progress->next = now + 0.1;
-    if (!hook_progress(progress->hooks, "trace", done, progress->total)) {
-#pragma omp atomic write
-        progress->stop = 1;
-    }
-}
-
-bool trace_stopped(const struct trace_progress *progress)
-{
-    int stop;
-#pragma omp atomic read
-    stop = progress->stop;
-    return stop;
-}
 
 static bool add_work(struct work_list *list, const struct target *target, uint32_t index,
                      uint32_t triangle_count, uint32_t grain)
@@ -97,8 +72,8 @@ static bool list_work(const struct plan *plan, int rays, struct work_list *list)
 
 static void flush(struct collector *collector, struct batch *batch)
 {
-    trace_advance(&collector->progress, batch->count);
-    if (trace_stopped(&collector->progress))
+    watch_advance(&collector->watch, (size_t)batch->count);
+    if (!watch_goes_on(&collector->watch))
         batch->count = 0;
     gather_points(collector->tracer, collector->gather, batch->points, (size_t)batch->count,
                   batch->results);
@@ -130,16 +105,6 @@ static void turn(const double m[9], const float v[3], double out[3])
         out[i] = m[3 * i] * v[0] + m[3 * i + 1] * v[1] + m[3 * i + 2] * v[2];
 }
 
-static bool normalise(double v[3])
-{
-    const double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    if (!(length > 0) || !isfinite(length))
-        return false;
-    for (int i = 0; i < 3; i++)
-        v[i] /= length;
-    return true;
-}
-
 static void place(const struct frame *frame, const struct cranny_mesh *mesh, uint32_t triangle,
                   struct placed *placed)
 {
@@ -164,7 +129,7 @@ static void place(const struct frame *frame, const struct cranny_mesh *mesh, uin
     }
     placed->extent = sqrt(longest);
     placed->smooth = mesh->normals != NULL;
-    placed->good = normalise(placed->face) && !frame->singular;
+    placed->good = normalise3(placed->face) && !frame->singular;
 }
 
 static void shade(const struct placed *placed, const double l[3], double normal[3])
@@ -176,7 +141,7 @@ static void shade(const struct placed *placed, const double l[3], double normal[
                                           l[2] * placed->normal[2][k];
         side += normal[k] * placed->face[k];
     }
-    if (!normalise(normal))
+    if (!normalise3(normal))
         memcpy(normal, placed->face, 3 * sizeof *normal);
     else if (side < 0)
         for (int k = 0; k < 3; k++)
@@ -254,7 +219,7 @@ static void collect_work(struct collector *collector, const struct work *work, s
     if (collector->sheets && !turned)
         return;
     for (uint32_t t = work->triangle_first; t < work->triangle_end; t++) {
-        if (trace_stopped(&collector->progress))
+        if (watch_stopped(&collector->watch))
             return;
         if (!turned || turned[t])
             collect_triangle(collector, target, t, batch);
@@ -271,7 +236,7 @@ static void collect_all(struct collector *collector, const struct work_list *lis
         struct batch batch = {.count = 0};
 #pragma omp for schedule(dynamic, 1)
         for (size_t i = 0; i < list->count; i++)
-            if (!trace_stopped(&collector->progress))
+            if (!watch_stopped(&collector->watch))
                 collect_work(collector, &list->items[i], &batch);
         rays += batch.rays;
         gather_thread_end(saved);
@@ -289,7 +254,7 @@ static enum cranny_status collect_turned(struct collector *collector, const stru
     if (status != CRANNY_OK)
         return status;
     if (sheets.sample_count) {
-        collector->progress.total += (double)sheets.sample_count;
+        collector->watch.total += (double)sheets.sample_count;
         collector->sheets = &sheets;
         collect_all(collector, list, threads);
         collector->sheets = NULL;
@@ -369,16 +334,16 @@ static enum cranny_status run(const struct plan *plan, const struct cranny_trace
         .gather = gather,
         .samples = samples,
         .batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1)),
-        .progress = {.hooks = params->hooks, .total = (double)plan->sample_count},
     };
+    watch_begin(&collector.watch, params->hooks, "trace", plan->sample_count);
     collect_all(&collector, list, threads);
-    if (!collector.progress.stop)
+    if (!watch_stopped(&collector.watch))
         status = collect_turned(&collector, list, threads, why);
     gather_plan_destroy(&gather);
     if (status != CRANNY_OK)
         return status;
-    if (collector.progress.stop ||
-        !hook_progress(params->hooks, "trace", collector.progress.total, collector.progress.total))
+    collector.watch.next = 0; /* the last word, however short the stage was */
+    if (!watch_goes_on(&collector.watch))
         return fail(why, CRANNY_CANCELLED, "bake: cancelled while tracing");
     judge(plan, list, params, samples, threads);
     return CRANNY_OK;

@@ -26,18 +26,6 @@ enum cranny_status samples_collect(const struct plan *plan, const struct cranny_
                                    struct cranny_error *why);
 void samples_free(struct samples *samples);
 
-/* What a parallel loop over rays needs: who may stop it, and how far it is. */
-struct trace_progress {
-    const struct cranny_hooks *hooks;
-    double total, next;
-    double done; /* atomic */
-    int stop;    /* atomic */
-};
-
-/* Count `units` done; the calling thread of the library also tells the hook, ten times a second. */
-void trace_advance(struct trace_progress *progress, double units);
-bool trace_stopped(const struct trace_progress *progress);
-
 /* The gathering settings that a bake's parameters ask for. */
 struct cranny_gather_params bake_gather_params(const struct cranny_bake_params *params);
 

@@ -369,7 +369,7 @@ struct vertex_run {
     const struct cranny_tracer *tracer;
     const struct gather_plan *gather;
     const uint32_t *first; /* a vertex of each unknown */
-    struct trace_progress progress;
+    struct watch watch;
 };
 
 static uint64_t gather_unknown(struct vertex_run *run, uint32_t unknown)
@@ -405,7 +405,7 @@ static uint64_t gather_unknown(struct vertex_run *run, uint32_t unknown)
     fit->known[unknown] = good > 0;
     for (int s = 0; s < 2; s++)
         fit->x[unknown][s] = good ? sum[s] / (double)good : 0;
-    trace_advance(&run->progress, 1);
+    watch_advance(&run->watch, 1);
     return rays;
 }
 
@@ -417,7 +417,7 @@ static uint64_t gather_unknowns(struct vertex_run *run)
         const unsigned saved = gather_thread_begin();
 #pragma omp for schedule(dynamic, 64)
         for (uint32_t u = 0; u < run->fit->surface.unknown_count; u++)
-            if (!trace_stopped(&run->progress))
+            if (watch_goes_on(&run->watch))
                 rays += gather_unknown(run, u);
         gather_thread_end(saved);
     }
@@ -429,8 +429,7 @@ static enum cranny_status run_vertices(const struct fit *fit, const struct crann
 {
     const struct cranny_gather_params wanted = bake_gather_params(fit->params);
     struct vertex_run run = {.fit = fit, .tracer = tracer};
-    run.progress =
-        (struct trace_progress){.hooks = fit->params->hooks, .total = fit->surface.unknown_count};
+    watch_begin(&run.watch, fit->params->hooks, "trace", fit->surface.unknown_count);
     struct gather_plan *gather;
     uint32_t *first = alloc_array(fit->surface.unknown_count, sizeof *first);
     if (!first)
@@ -446,7 +445,7 @@ static enum cranny_status run_vertices(const struct fit *fit, const struct crann
         gather_plan_destroy(&gather);
         for (uint32_t u = 0; u < fit->surface.unknown_count; u++)
             samples->invalid += !fit->known[u];
-        if (run.progress.stop)
+        if (watch_stopped(&run.watch))
             status = fail(why, CRANNY_CANCELLED, "bake: cancelled while tracing");
     }
     free(first);

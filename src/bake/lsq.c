@@ -1,5 +1,7 @@
 #include "bake/lsq.h"
 
+#include "base/vector.h"
+
 /* Height over edge below which a triangle has no usable gradient. */
 #define FLAT_HEIGHT 1e-6
 /* Largest |r_e|² over the pair's area; 4.6 for equilateral triangles. Slivers would else make rows
@@ -16,11 +18,6 @@ struct lsq_params lsq_params_default(void)
                                .threads = 1};
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 /* Where along the edge (0..1) the foot of the apex lies, and its squared height. */
 static void measure_apex(const double p0[3], const double edge[3], double length2,
                          const double apex[3], double *along, double *height2)
@@ -28,10 +25,10 @@ static void measure_apex(const double p0[3], const double edge[3], double length
     double d[3];
     for (int k = 0; k < 3; k++)
         d[k] = apex[k] - p0[k];
-    *along = dot(d, edge) / length2;
+    *along = dot3(d, edge) / length2;
     for (int k = 0; k < 3; k++)
         d[k] -= *along * edge[k];
-    *height2 = dot(d, d);
+    *height2 = dot3(d, d);
 }
 
 bool lsq_edge(const double p0[3], const double p1[3], const double p2[3], const double p3[3],
@@ -40,7 +37,7 @@ bool lsq_edge(const double p0[3], const double p1[3], const double p2[3], const 
     double edge[3], t1, t2, height1, height2;
     for (int k = 0; k < 3; k++)
         edge[k] = p1[k] - p0[k];
-    const double length2 = dot(edge, edge);
+    const double length2 = dot3(edge, edge);
     if (!(length2 > 0))
         return false;
     measure_apex(p0, edge, length2, p2, &t1, &height1);

@@ -2,22 +2,12 @@
  * samples of a face follow its area up to a cap. */
 #include "bake/plan.h"
 
+#include "base/vector.h"
+
 /* Instances' worth of samples that a shared set of values gets at most. */
 #define SHARED_WORTH 4u
 /* Area over squared longest edge below which float vertices hold no normal. */
 #define FLAT_RATIO 1e-9
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static void cross(const double a[3], const double b[3], double out[3])
-{
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
 
 double metric_area(const double metric[9], const struct cranny_mesh *mesh, uint32_t triangle)
 {
@@ -26,9 +16,9 @@ double metric_area(const double metric[9], const struct cranny_mesh *mesh, uint3
     metric_edge(metric, mesh->positions[corner[0]], mesh->positions[corner[1]], e1);
     metric_edge(metric, mesh->positions[corner[0]], mesh->positions[corner[2]], e2);
     metric_edge(metric, mesh->positions[corner[1]], mesh->positions[corner[2]], e3);
-    cross(e1, e2, n);
-    const double longest = fmax(dot(e1, e1), fmax(dot(e2, e2), dot(e3, e3)));
-    const double area = 0.5 * sqrt(dot(n, n));
+    cross3(e1, e2, n);
+    const double longest = fmax(dot3(e1, e1), fmax(dot3(e2, e2), dot3(e3, e3)));
+    const double area = 0.5 * sqrt(dot3(n, n));
     return area > FLAT_RATIO * longest && isfinite(area) ? area : 0;
 }
 

@@ -1,6 +1,7 @@
 /* A quick picture of baked values: one primary ray per sample, clay, hemispheric light. */
 #include "bake/preview.h"
 
+#include "base/vector.h"
 #include "scene/scene.h"
 
 #include <cranny/bake.h>
@@ -18,14 +19,6 @@ struct lens {
     bool parallel;
 };
 
-static bool normalise(double v[3])
-{
-    double l = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    for (int i = 0; i < 3; i++)
-        v[i] /= l;
-    return l > 0 && isfinite(l);
-}
-
 static enum cranny_status make_lens(const struct cranny_camera *view, double aspect,
                                     struct lens *lens, struct cranny_error *why)
 {
@@ -38,7 +31,7 @@ static enum cranny_status make_lens(const struct cranny_camera *view, double asp
         lens->eye[i] = view->world_from_view[4 * i + 3];
         good = good && isfinite(lens->eye[i]);
     }
-    good = good && normalise(lens->right) && normalise(lens->up) && normalise(lens->forward);
+    good = good && normalise3(lens->right) && normalise3(lens->up) && normalise3(lens->forward);
     if (!good)
         return fail(why, CRANNY_USAGE,
                     "preview: the camera has no extent or no direction; give another one");
@@ -72,12 +65,6 @@ static void sky(const float direction[3], float color[3])
         color[i] = horizon[i] + (zenith[i] - horizon[i]) * t;
 }
 
-static void cross_double(const double a[3], const double b[3], double out[3])
-{
-    for (int i = 0; i < 3; i++)
-        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
-}
-
 /* In world space and on the viewer's side; the face's own where the mesh has no normals. */
 static void shading_normal(const struct cranny_instance *instance, const struct cranny_mesh *mesh,
                            const struct cranny_hit *hit, const float direction[3], double n[3])
@@ -101,9 +88,9 @@ static void shading_normal(const struct cranny_instance *instance, const struct 
             e[i] = p[1][i] - p[0][i];
             f[i] = p[2][i] - p[0][i];
         }
-        cross_double(e, f, n);
+        cross3(e, f, n);
     }
-    if (!normalise(n))
+    if (!normalise3(n))
         n[0] = 0, n[1] = 1, n[2] = 0;
     bool turn = smooth ? hit->back_face
                        : n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2] > 0;

@@ -28,7 +28,12 @@ bool watch_goes_on(struct watch *watch)
     return !atomic_load(&watch->stopped);
 }
 
-void watch_done(struct watch *watch)
+void watch_advance(struct watch *watch, size_t units)
 {
-    atomic_fetch_add(&watch->done, 1);
+    atomic_fetch_add(&watch->done, units);
+}
+
+bool watch_stopped(const struct watch *watch)
+{
+    return atomic_load(&watch->stopped);
 }

@@ -1,4 +1,4 @@
-/* A long solve's way to hear that it should stop. */
+/* How a long stage tells how far it is, and hears that it should stop. */
 #ifndef BAKE_WATCH_H
 #define BAKE_WATCH_H
 
@@ -24,7 +24,10 @@ void watch_begin(struct watch *watch, const struct cranny_hooks *hooks, const ch
 /* Whether to go on; asks the hook ten times a second. Accepts NULL. */
 bool watch_goes_on(struct watch *watch);
 
-/* One unit is done. */
-void watch_done(struct watch *watch);
+/* Count `units` done. */
+void watch_advance(struct watch *watch, size_t units);
+
+/* Whether it was stopped, without asking. */
+bool watch_stopped(const struct watch *watch);
 
 #endif

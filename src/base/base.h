@@ -11,19 +11,22 @@
 #define COUNT_OF(array) (sizeof(array) / sizeof((array)[0]))
 
 /* Fill `why` (when not NULL) and return `status`, so that a caller can `return fail(...)`. */
-enum cranny_status fail(struct cranny_error *why, enum cranny_status status, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+enum cranny_status fail(struct cranny_error *why, enum cranny_status status, const char *format,
+                        ...) __attribute__((format(printf, 3, 4)));
 
 /* fail() with CRANNY_MEMORY: `what` could not be allocated. */
 enum cranny_status fail_memory(struct cranny_error *why, const char *what);
 
 /* One line to the log hook; `hooks` may be NULL. */
-void hook_log(const struct cranny_hooks *hooks, enum cranny_log_level level, const char *format, ...)
-    __attribute__((format(printf, 3, 4)));
+void hook_log(const struct cranny_hooks *hooks, enum cranny_log_level level, const char *format,
+              ...) __attribute__((format(printf, 3, 4)));
 #define hook_warn(hooks, ...) hook_log(hooks, CRANNY_LOG_WARNING, __VA_ARGS__)
 
 /* Report progress; false: the caller asked to stop. */
 bool hook_progress(const struct cranny_hooks *hooks, const char *stage, double done, double total);
+
+/* Control characters become spaces, so that a message stays on its line. */
+void one_line(char *text);
 
 /* Zeroed array of `count` items of `size` bytes; NULL when it does not fit (overflow included).
  * A count of 0 gives a valid pointer. Free with free(). */
@@ -39,7 +42,8 @@ bool grow_array(void **items, size_t *capacity, size_t need, size_t size);
 /* strdup that takes NULL as "". */
 char *copy_text(const char *text);
 
-/* The whole file. `limit`: refuse more bytes than this. *data is malloced, with a 0 after the end. */
+/* The whole file. `limit`: refuse more bytes than this. *data is malloced, with a 0 after the end.
+ */
 enum cranny_status file_read(const char *path, uint64_t limit, uint8_t **data, size_t *size,
                              struct cranny_error *why);
 

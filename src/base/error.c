@@ -2,7 +2,15 @@
 
 #include <stdarg.h>
 
-enum cranny_status fail(struct cranny_error *why, enum cranny_status status, const char *format, ...)
+void one_line(char *text)
+{
+    for (char *c = text; *c; c++)
+        if ((unsigned char)*c < 0x20)
+            *c = ' ';
+}
+
+enum cranny_status fail(struct cranny_error *why, enum cranny_status status, const char *format,
+                        ...)
 {
     if (!why)
         return status;
@@ -10,9 +18,7 @@ enum cranny_status fail(struct cranny_error *why, enum cranny_status status, con
     va_start(args, format);
     vsnprintf(why->message, sizeof why->message, format, args);
     va_end(args);
-    for (char *c = why->message; *c; c++)
-        if ((unsigned char)*c < 0x20)
-            *c = ' ';
+    one_line(why->message);
     why->status = status;
     return status;
 }
@@ -44,4 +50,22 @@ const char *cranny_status_name(enum cranny_status status)
         return "cancelled";
     }
     return "unknown";
+}
+
+int cranny_exit_status(enum cranny_status status)
+{
+    switch (status) {
+    case CRANNY_OK:
+        return 0;
+    case CRANNY_FAILED:
+    case CRANNY_MEMORY:
+        return 1;
+    case CRANNY_USAGE:
+        return 2;
+    case CRANNY_INPUT:
+        return 3;
+    case CRANNY_CANCELLED:
+        return 130;
+    }
+    return 1;
 }

@@ -2,7 +2,8 @@
 
 #include <stdarg.h>
 
-void hook_log(const struct cranny_hooks *hooks, enum cranny_log_level level, const char *format, ...)
+void hook_log(const struct cranny_hooks *hooks, enum cranny_log_level level, const char *format,
+              ...)
 {
     if (!hooks || !hooks->log)
         return;
@@ -11,9 +12,7 @@ void hook_log(const struct cranny_hooks *hooks, enum cranny_log_level level, con
     va_start(args, format);
     vsnprintf(line, sizeof line, format, args);
     va_end(args);
-    for (char *c = line; *c; c++)
-        if ((unsigned char)*c < 0x20)
-            *c = ' ';
+    one_line(line);
     hooks->log(hooks->user, level, line);
 }
 

@@ -103,8 +103,7 @@ static enum cranny_status decode_jpeg(const void *data, size_t size, const char 
 }
 
 enum cranny_status image_decode(const void *data, size_t size, const char *name,
-                                uint64_t pixel_limit, struct image *image,
-                                struct cranny_error *why)
+                                uint64_t pixel_limit, struct image *image, struct cranny_error *why)
 {
     *image = (struct image){0};
     const uint8_t *bytes = data;

@@ -93,9 +93,9 @@ static enum cranny_status parse(const struct cranny_param *row, const char *text
         bool no = !strcasecmp(text, "false") || !strcasecmp(text, "no") ||
                   !strcasecmp(text, "off") || !strcmp(text, "0");
         *value = yes;
-        return yes || no ? CRANNY_OK
-                         : fail(why, CRANNY_USAGE, "%s: '%s' is neither true nor false", row->name,
-                                text);
+        return yes || no
+                   ? CRANNY_OK
+                   : fail(why, CRANNY_USAGE, "%s: '%s' is neither true nor false", row->name, text);
     }
     char *end;
     *value = strtod(text, &end);
@@ -200,7 +200,8 @@ enum cranny_status cranny_params_load(const struct cranny_param_table *table, vo
     if (!json_is_object(root))
         status = fail(why, CRANNY_INPUT, "%s: a preset is a JSON object of name: value", path);
     else
-        json_object_foreach (root, name, value) {
+        json_object_foreach(root, name, value)
+        {
             struct cranny_error inner;
             status = set_from_json(table, params, name, value, &inner);
             if (status != CRANNY_OK) {

@@ -35,9 +35,7 @@ static void add(struct findings *findings, enum cranny_severity severity, const 
     va_start(args, format);
     vsnprintf(finding->text, sizeof finding->text, format, args);
     va_end(args);
-    for (char *c = finding->text; *c; c++)
-        if ((unsigned char)*c < 0x20)
-            *c = ' ';
+    one_line(finding->text);
 }
 
 /* Two digits are enough for a distance someone types. */
