@@ -262,27 +262,6 @@ static enum cranny_status move_first_buffer(struct saving *saving, struct cranny
     return move_appended(saving, declared, why);
 }
 
-static enum cranny_status embed_list(struct saving *saving, const char *list,
-                                     struct cranny_error *why)
-{
-    size_t i;
-    json_t *item;
-    char where[64];
-    json_array_foreach(json_object_get(saving->edit->root, list), i, item)
-    {
-        if (!is_outside_file(item))
-            continue;
-        struct cranny_error problem = {0};
-        snprintf(where, sizeof where, "/%s/%zu/uri", list, i);
-        enum cranny_status status = embed_file(saving, item, where, &problem);
-        if (status == CRANNY_INPUT)
-            hook_warn(saving->edit->hooks, "%s; the output names it still", problem.message);
-        else if (status != CRANNY_OK)
-            return fail(why, status, "%s", problem.message);
-    }
-    return CRANNY_OK;
-}
-
 static enum cranny_status same_bytes(const char *path, const uint8_t *data, size_t size, bool *same,
                                      struct cranny_error *why)
 {
@@ -358,9 +337,10 @@ static bool has_parent_step(const char *path)
 }
 
 /* Bring the file that `uri` names to the same place beside the output. */
-static enum cranny_status carry_file(struct saving *saving, const char *uri, const char *where,
+static enum cranny_status carry_file(struct saving *saving, json_t *object, const char *where,
                                      struct cranny_error *why)
 {
+    const char *uri = json_string_value(json_object_get(object, "uri"));
     char *from, *relative;
     enum cranny_status status = uri_resolve(saving->document, uri, where, &from, &relative, why);
     if (status != CRANNY_OK || relative[0] == '/') {
@@ -391,20 +371,23 @@ static enum cranny_status carry_file(struct saving *saving, const char *uri, con
     return status;
 }
 
-static enum cranny_status carry_list(struct saving *saving, const char *list,
+/* What to do with a file that a member of `buffers` or `images` names. */
+typedef enum cranny_status bring_fn(struct saving *saving, json_t *object, const char *where,
+                                    struct cranny_error *why);
+
+static enum cranny_status bring_list(struct saving *saving, const char *list, bring_fn *bring,
                                      struct cranny_error *why)
 {
     size_t i;
     json_t *item;
     char where[64];
-    json_array_foreach(json_object_get(saving->document->root, list), i, item)
+    json_array_foreach(json_object_get(saving->edit->root, list), i, item)
     {
         if (!is_outside_file(item))
             continue;
         struct cranny_error problem = {0};
         snprintf(where, sizeof where, "/%s/%zu/uri", list, i);
-        enum cranny_status status =
-            carry_file(saving, json_string_value(json_object_get(item, "uri")), where, &problem);
+        const enum cranny_status status = bring(saving, item, where, &problem);
         if (status == CRANNY_INPUT)
             hook_warn(saving->edit->hooks, "%s; the output names it still", problem.message);
         else if (status != CRANNY_OK)
@@ -413,14 +396,11 @@ static enum cranny_status carry_list(struct saving *saving, const char *list,
     return CRANNY_OK;
 }
 
-typedef enum cranny_status bring_list(struct saving *saving, const char *list,
-                                      struct cranny_error *why);
-
-static enum cranny_status bring_files(struct saving *saving, bring_list *bring,
+static enum cranny_status bring_files(struct saving *saving, bring_fn *bring,
                                       struct cranny_error *why)
 {
-    enum cranny_status status = bring(saving, "buffers", why);
-    return status == CRANNY_OK ? bring(saving, "images", why) : status;
+    const enum cranny_status status = bring_list(saving, "buffers", bring, why);
+    return status == CRANNY_OK ? bring_list(saving, "images", bring, why) : status;
 }
 
 static char *dump_tree(const json_t *root, int indent, size_t *size, struct cranny_error *why)
@@ -443,7 +423,7 @@ static enum cranny_status save_glb(struct saving *saving, struct cranny_error *w
     else
         status = move_first_buffer(saving, why);
     if (status == CRANNY_OK)
-        status = bring_files(saving, document->is_glb ? carry_list : embed_list, why);
+        status = bring_files(saving, document->is_glb ? carry_file : embed_file, why);
     if (status == CRANNY_OK)
         status = place_new_buffer(saving, true, why);
     if (status != CRANNY_OK)
@@ -481,7 +461,7 @@ static enum cranny_status save_text(struct saving *saving, struct cranny_error *
     if (status == CRANNY_OK)
         status = place_new_buffer(saving, false, why);
     if (status == CRANNY_OK)
-        status = bring_files(saving, carry_list, why);
+        status = bring_files(saving, carry_file, why);
     if (status != CRANNY_OK)
         return status;
     size_t size;
