@@ -174,8 +174,16 @@ function ratiosAt(points, camera, size, before, after) {
     });
 }
 
+// Three.js sorts by the materials' numbers, and with Draco these follow whichever worker was done
+// first; where faces coincide, another order is another picture.
+function fixDrawOrder(world) {
+    let order = 0;
+    world.traverse((object) => { object.renderOrder = order++; });
+}
+
 window.measure = async ({ before, after, view, points, size, replace }) => {
     const worlds = { before: await load(before), after: await load(after) };
+    Object.values(worlds).forEach(fixDrawOrder);
     if (replace)
         eachMaterial(worlds.before, (material) => { material.aoMap = null; });
     const camera = cameraFor(view ?? viewOf(worlds.before), size);
