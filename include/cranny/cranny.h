@@ -4,7 +4,12 @@
 
 #include <cranny/bake.h>
 #include <cranny/base.h>
+#include <cranny/compare.h>
+#include <cranny/frame.h>
+#include <cranny/gbuffer.h>
+#include <cranny/image.h>
 #include <cranny/scene.h>
+#include <cranny/screen.h>
 #include <cranny/trace.h>
 
 #endif
