@@ -1,0 +1,50 @@
+/* Based on: McGuire, Osman, Bukowski, Hennessy, The Alchemy Screen-Space Ambient Obscurance
+ * Algorithm, 2011, eq. 10: A = max(0, 1 − (2σ/s) Σ max(0, v·n + z_C β) / (v·v + ε))^k.
+ *
+ * Departures: the terms have the unit 1/m; `amount` holds 2 σ u with u = 2 radius, so that the
+ * picture follows the radius through scales and is eq. 10 at the paper's radius of 0.5 m. ε is a
+ * share of radius². `falloff` none is the paper's; the calibrated one reaches zero at the radius.
+ */
+
+/* Samples of a pixel by the projected radius: bands of halved size (Fig. 5). */
+static inline lane_f alchemy_count(CONSTANTS_ARG lane_f radius_px)
+{
+    const float share = (float)K(samples) / (float)K(bands);
+    lane_f count = splat((float)K(samples));
+    float limit = K(band_begin);
+    for (int band = 1; band < K(bands); band++) {
+        count = count - select_(less_(radius_px, splat(limit)), splat(share), splat(0.0f));
+        limit = limit * 0.5f;
+    }
+    return floor_(count + 0.5f);
+}
+
+/* table[i]: cosine and sine of the spiral's angle. */
+static inline lane_f alchemy_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
+{
+    const lane_f zero = splat(0.0f), one = splat(1.0f);
+    const lane_f count = alchemy_count(CONSTANTS_PASS p.radius_x);
+    const lane_f per_sample = one / count;
+    const lane_f bias = p.depth * K(bias);
+    lane_f sum = zero, taken = zero;
+    for (int i = 0; i < K(samples); i++) {
+        const lane_b active = less_(splat((float)i), count);
+        if (!any_(active))
+            break;
+        /* Uniform over the disk's area, on a spiral that each pixel turns. */
+        const lane_f area = ((float)i + p.jitter) * per_sample;
+        const lane_f ring = sqrt_(min_(area, one));
+        const lane_f ox = ring * (K(table)[i][0] * p.cosine - K(table)[i][1] * p.sine);
+        const lane_f oy = ring * (K(table)[i][0] * p.sine + K(table)[i][1] * p.cosine);
+        const struct surface s =
+            read_surface(VIEW_PASS p.x + ox * p.radius_x, p.y + oy * p.radius_y, K(clamp));
+        const lane_3 v = sub3(s.position, p.position);
+        const lane_f vv = dot3(v, v);
+        const lane_f vn = max_(dot3(v, p.normal) - bias, zero);
+        const lane_f term = vn / (vv + K(epsilon)) * falloff_(CONSTANTS_PASS vv);
+        const lane_b counts = and_(active, s.counts);
+        sum = sum + select_(counts, term, zero);
+        taken = taken + select_(counts, one, zero);
+    }
+    return finish_(CONSTANTS_PASS sum / max_(taken, one));
+}

@@ -1,0 +1,176 @@
+/* What takes the noise out: blurs within edges (Bavoil, Sainz 2009 and McGuire et al. 2011 use
+ * cross-bilateral ones, made separable), Kajalin's 4×4 box, and the crease article's two blooms.
+ *
+ * All weigh a neighbour by the packed connections between the pixels on the way to it, found once a
+ * frame, so that a pass reads one float and one byte a tap instead of depths and normals. */
+#include "screen/pipeline.h"
+
+static float bloom_px(float share, int viewport_height)
+{
+    return share * (float)viewport_height;
+}
+
+int filter_reach(const struct cranny_screen_params *params, int viewport_height)
+{
+    switch ((enum cranny_filter)params->filter) {
+    case CRANNY_FILTER_NONE:
+        return 0;
+    case CRANNY_FILTER_BOX:
+        return 2;
+    case CRANNY_FILTER_BILATERAL:
+        return params->filter_radius;
+    case CRANNY_FILTER_BLOOM:
+        return (int)ceilf(3 *
+                          bloom_px(fmaxf(params->bloom_wide, params->bloom_near), viewport_height));
+    }
+    return 0;
+}
+
+/* Deviation of half the reach: a 4×4 tile of noise is then gone. */
+static void gaussian(int radius, float deviation, float *weights)
+{
+    for (int k = 0; k <= radius; k++)
+        weights[k] = (float)exp(-0.5 * k * k / ((double)deviation * deviation));
+}
+
+/* Along x into `between`, then along y into `out`. */
+static void blur_both(const struct pipeline *p, int before, int after, const float *weights,
+                      const float *in, float *between, float *out)
+{
+    const struct canvas *c = &p->canvas;
+    FOR_SPANS(p->region, p->threads, span,
+              p->kernels->blur(c, false, before, after, weights, &span, in, between));
+    FOR_SPANS(p->region, p->threads, span,
+              p->kernels->blur(c, true, before, after, weights, &span, between, out));
+}
+
+/* One running mean of 2 half + 1 values along a row of `count`, ends repeated. */
+static void box_row(const float *in, float *out, int count, ptrdiff_t step, int half)
+{
+    const float scale = 1 / (float)(2 * half + 1);
+    float sum = in[0] * (float)half;
+    for (int k = 0; k <= half; k++)
+        sum += in[min_int(k, count - 1) * step];
+    for (int x = 0; x < count; x++) {
+        out[x * step] = sum * scale;
+        sum += in[min_int(x + half + 1, count - 1) * step] - in[max_int(x - half, 0) * step];
+    }
+}
+
+/* The same down 16 columns at a time. */
+static void box_columns(const float *in, float *out, int count, ptrdiff_t step, int half)
+{
+    const float scale = 1 / (float)(2 * half + 1);
+    float sum[16];
+    for (int i = 0; i < 16; i++)
+        sum[i] = in[i] * (float)half;
+    for (int k = 0; k <= half; k++)
+        for (int i = 0; i < 16; i++)
+            sum[i] += in[min_int(k, count - 1) * step + i];
+    for (int y = 0; y < count; y++) {
+        const float *enter = in + min_int(y + half + 1, count - 1) * step;
+        const float *leave = in + max_int(y - half, 0) * step;
+        for (int i = 0; i < 16; i++) {
+            out[y * step + i] = sum[i] * scale;
+            sum[i] += enter[i] - leave[i];
+        }
+    }
+}
+
+/* A Gaussian as three boxes each way: cost does not grow with its size. `a` holds the result. */
+static void wide_gaussian(const struct pipeline *p, float deviation, float *a, float *b)
+{
+    const struct cranny_rect *r = &p->region;
+    const ptrdiff_t step = p->canvas.stride, at = canvas_index(&p->canvas, r->x, r->y);
+    /* Three boxes of width w have the variance (w² − 1) / 4. */
+    const int half = max_int(0, (int)(0.5f * (sqrtf(4 * deviation * deviation + 1) - 1) + 0.5f));
+#pragma omp parallel for schedule(static) num_threads(p->threads)
+    for (int y = 0; y < r->height; y++) {
+        float *row = a + at + y * step, *other = b + at + y * step;
+        box_row(row, other, r->width, 1, half);
+        box_row(other, row, r->width, 1, half);
+        box_row(row, other, r->width, 1, half);
+    }
+#pragma omp parallel for schedule(static) num_threads(p->threads)
+    for (int x = 0; x < r->width; x += 16) {
+        box_columns(b + at + x, a + at + x, r->height, step, half);
+        box_columns(a + at + x, b + at + x, r->height, step, half);
+        box_columns(b + at + x, a + at + x, r->height, step, half);
+    }
+}
+
+/* Repeated blurs within edges: their variances add up. `a` holds the result. */
+static void edge_gaussian(const struct pipeline *p, float deviation, float *a, float *b)
+{
+    enum { RADIUS = FILTER_RADIUS_MAX };
+    const float most = RADIUS / 2.5f;
+    const int passes = max_int(1, (int)ceilf(deviation * deviation / (most * most)));
+    float weights[RADIUS + 1];
+    gaussian(RADIUS, fmaxf(deviation / sqrtf((float)passes), 0.3f), weights);
+    for (int i = 0; i < passes; i++)
+        blur_both(p, RADIUS, RADIUS, weights, a, b, a);
+}
+
+static void copy_region(const struct pipeline *p, const float *from, float *to)
+{
+    const struct cranny_rect *r = &p->region;
+    for (int y = r->y; y < r->y + r->height; y++) {
+        const ptrdiff_t at = canvas_index(&p->canvas, r->x, y);
+        memcpy(to + at, from + at, (size_t)r->width * sizeof(float));
+    }
+}
+
+/* Two blooms of the occlusion, blended. */
+static enum cranny_status bloom(struct pipeline *p, float *wide, float *near,
+                                struct cranny_error *why)
+{
+    const struct cranny_screen_params *k = p->params;
+    const int height = p->window.viewport.height;
+    float *between = canvas_plane(&p->canvas, p->workspace, SLOT_HALF_RAW);
+    if (!between)
+        return fail_memory(why, "bloom");
+    copy_region(p, p->raw, wide);
+    copy_region(p, p->raw, near);
+    void (*blur)(const struct pipeline *, float, float *, float *) =
+        k->edge_bloom ? edge_gaussian : wide_gaussian;
+    blur(p, bloom_px(k->bloom_wide, height), wide, between);
+    blur(p, bloom_px(k->bloom_near, height), near, between);
+    const float wide_share = (1 - k->bloom_blend) * k->bloom_wide_gain;
+    const float near_share = k->bloom_blend * k->bloom_near_gain;
+    const struct cranny_rect *r = &p->region;
+#pragma omp parallel for schedule(static) num_threads(p->threads)
+    for (int y = r->y; y < r->y + r->height; y++)
+        for (int x = r->x; x < r->x + r->width; x++) {
+            const ptrdiff_t at = canvas_index(&p->canvas, x, y);
+            const float open = 1 - wide_share * (1 - wide[at]) - near_share * (1 - near[at]);
+            const bool sky = p->canvas.depth[at] > SKY_LIMIT;
+            wide[at] = sky ? 1 : clamp_float(open, 0, 1);
+        }
+    p->filtered = wide;
+    return CRANNY_OK;
+}
+
+enum cranny_status filter_apply(struct pipeline *p, struct cranny_error *why)
+{
+    const enum cranny_filter filter = (enum cranny_filter)p->params->filter;
+    p->filtered = p->raw;
+    if (filter == CRANNY_FILTER_NONE)
+        return CRANNY_OK;
+    float *first = canvas_plane(&p->canvas, p->workspace, SLOT_FIRST);
+    float *second = canvas_plane(&p->canvas, p->workspace, SLOT_SECOND);
+    if (!first || !second)
+        return fail_memory(why, "filter");
+    if (filter == CRANNY_FILTER_BLOOM)
+        return bloom(p, first, second, why);
+    float weights[FILTER_RADIUS_MAX + 1];
+    const int radius = p->params->filter_radius;
+    if (filter == CRANNY_FILTER_BOX) {
+        static const float even[3] = {1, 1, 1};
+        blur_both(p, 2, 1, even, p->raw, first, second);
+    } else {
+        gaussian(radius, 0.5f * (float)(radius + 1), weights);
+        blur_both(p, radius, radius, weights, p->raw, first, second);
+    }
+    p->filtered = second;
+    return CRANNY_OK;
+}
