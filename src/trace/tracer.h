@@ -87,6 +87,7 @@ struct ray_block {
     _Alignas(64) float y[RAY_BLOCK];
     _Alignas(64) float z[RAY_BLOCK];
     _Alignas(64) float distance[RAY_BLOCK]; /* INFINITY: nothing */
+    float reach;         /* metres: hits at or beyond it need not be found; INFINITY: all are */
     uint32_t ids;        /* of the first ray; the next ones count on. For the filter's dice */
     uint32_t back_faces; /* hits on back faces of single-sided materials */
 };
