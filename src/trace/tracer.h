@@ -79,6 +79,11 @@ void alpha_filter(const struct RTCFilterFunctionNArguments *args);
 enum triangle_class alpha_class(const struct cranny_scene *scene, const struct cranny_mesh *mesh,
                                 uint32_t triangle);
 
+/* The nearest surface along one ray, for one thread; `id` decides the dice of blended surfaces.
+ * `hit` may be NULL. (hits.c) */
+void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
+               uint32_t id, float *distance, struct cranny_hit *hit);
+
 #define RAY_BLOCK 64
 
 /* Rays from one origin, and what they met. */
