@@ -226,7 +226,7 @@ static uint64_t self_hits(float magnitude, float size, float factor)
     for (uint32_t i = 0; i < 2000; i++) {
         const double a = unit_from_u32(hash_u32(2 * i)), b = unit_from_u32(hash_u32(2 * i + 1));
         vec3 p;
-        struct ray_block block = {.ids = 0};
+        struct ray_block block = {.reach = INFINITY};
         for (int k = 0; k < 3; k++)
             p[k] = (float)(corner[k] + a * u[k] + b * v[k]);
         const float offset = factor * ray_offset(p, size * 1.5f);
@@ -473,6 +473,40 @@ static void test_plan(void)
     finish(&tracer, &scene);
 }
 
+/* Rays that end at the kernel's length, which are traced where nobody asks for back faces, see the
+ * same. */
+static void test_reach(void)
+{
+    struct cranny_error why;
+    struct cranny_scene *scene = new_scene();
+    add_instance(scene, box_mesh(scene, (vec3){-2, 0, -2}, (vec3){2, 3, 2}, true), identity);
+    add_instance(scene, sphere_mesh(scene, (double[3]){1, 0.5, 0}, 0.5, 32), identity);
+    struct cranny_tracer *tracer = new_tracer(scene);
+    struct cranny_gather_params params = cranny_gather_params_default();
+    params.distances[0] = 0.7f;
+    params.distances[1] = 1.1f;
+    static vec3 positions[POINTS_MAX], normals[POINTS_MAX];
+    static float full[POINTS_MAX][2], back[POINTS_MAX], brief[POINTS_MAX][2];
+    for (int i = 0; i < POINTS_MAX; i++) {
+        positions[i][0] = (float)(-1.9 + 3.8 * fraction(i * 0.754877));
+        positions[i][2] = (float)(-1.9 + 3.8 * fraction(i * 0.56984));
+        memcpy(normals[i], up, sizeof up);
+    }
+    for (int k = 0; k < 3; k++)
+        for (int packet = 0; packet < 3; packet++) {
+            params.kernel = (enum cranny_kernel)k;
+            params.packet = (enum cranny_packet)packet;
+            CHECK_OK(cranny_gather(tracer, POINTS_MAX, positions, normals, NULL, &params, full,
+                                   back, &why),
+                     why);
+            CHECK_OK(cranny_gather(tracer, POINTS_MAX, positions, normals, NULL, &params, brief,
+                                   NULL, &why),
+                     why);
+            CHECK(memcmp(full, brief, sizeof full) == 0);
+        }
+    finish(&tracer, &scene);
+}
+
 static bool stop(void *user, const char *stage, double done, double total)
 {
     ++*(int *)user;
@@ -529,6 +563,7 @@ int main(void)
     test_alpha_and_sides();
     test_planes();
     test_plan();
+    test_reach();
     test_refusals();
     return check_end("gather");
 }

@@ -1,7 +1,7 @@
 /* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013. */
 #include "bake/fit.h"
 #include "bake/params.h"
-#include "bake/watch.h"
+#include "base/watch.h"
 
 /* Targets above this many triangles are fitted one after the other with all threads. */
 #define BIG_TRIANGLES 100000u

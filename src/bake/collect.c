@@ -2,7 +2,7 @@
  * samples whose rays see too many back faces are buried and dropped. */
 #include "bake/sheets.h"
 
-#include "bake/watch.h"
+#include "base/watch.h"
 #include "base/vector.h"
 #include "trace/gather.h"
 

@@ -3,7 +3,7 @@
 #define BAKE_FIT_H
 
 #include "bake/collect.h"
-#include "bake/watch.h"
+#include "base/watch.h"
 
 /* Sums over targets; two may be added in any order except the doubles. */
 struct fit_report {

@@ -6,7 +6,7 @@
 #define BAKE_LSQ_H
 
 #include "bake/surface.h"
-#include "bake/watch.h"
+#include "base/watch.h"
 
 /* What the samples of one triangle add to M and b: entries 00, 11, 22, 01, 12, 20 of its 3×3 block
  * and, per signal, the corners' right-hand sides. */

@@ -1,8 +1,7 @@
 /* A quick picture of baked values: one primary ray per sample, clay, hemispheric light. */
-#include "bake/preview.h"
-
-#include "base/vector.h"
-#include "scene/scene.h"
+#include "base/srgb.h"
+#include "trace/sight.h"
+#include "trace/view.h"
 
 #include <cranny/bake.h>
 
@@ -11,92 +10,6 @@
 #define WANTED_MEAN 0.45f /* of the visibility in a picture, reached by brightening */
 #define GAIN_MAXIMUM 5.0f
 #define BAND_RAYS (1 << 18) /* rays traced at once: bounds the memory of large pictures */
-
-/* World axes of a camera, with the extent of its picture at distance 1 (or anywhere: parallel). */
-struct lens {
-    double eye[3], right[3], up[3], forward[3];
-    double half_width, half_height, near_plane;
-    bool parallel;
-};
-
-static enum cranny_status make_lens(const struct cranny_camera *view, double aspect,
-                                    struct lens *lens, struct cranny_error *why)
-{
-    double half = view->orthographic ? view->half_height : tan(0.5 * view->fov_y);
-    bool good = half > 0 && isfinite(half) && (view->orthographic || view->fov_y < 3.14f);
-    for (int i = 0; i < 3; i++) {
-        lens->right[i] = view->world_from_view[4 * i];
-        lens->up[i] = view->world_from_view[4 * i + 1];
-        lens->forward[i] = -view->world_from_view[4 * i + 2];
-        lens->eye[i] = view->world_from_view[4 * i + 3];
-        good = good && isfinite(lens->eye[i]);
-    }
-    good = good && normalise3(lens->right) && normalise3(lens->up) && normalise3(lens->forward);
-    if (!good)
-        return fail(why, CRANNY_USAGE,
-                    "preview: the camera has no extent or no direction; give another one");
-    lens->half_height = half;
-    lens->half_width = half * aspect;
-    lens->near_plane = view->near_plane > 0 ? view->near_plane : 0;
-    lens->parallel = view->orthographic;
-    return CRANNY_OK;
-}
-
-/* The ray through (x, y), both in [-1, 1], y upwards. */
-static void lens_ray(const struct lens *lens, double x, double y, float origin[3],
-                     float direction[3])
-{
-    double d[3], scale = 0;
-    for (int i = 0; i < 3; i++) {
-        double shift = x * lens->half_width * lens->right[i] + y * lens->half_height * lens->up[i];
-        d[i] = lens->forward[i] + (lens->parallel ? 0 : shift);
-        origin[i] = (float)(lens->eye[i] + (lens->parallel ? shift : 0) + lens->near_plane * d[i]);
-        scale += d[i] * d[i];
-    }
-    for (int i = 0; i < 3; i++)
-        direction[i] = (float)(d[i] / sqrt(scale));
-}
-
-static void sky(const float direction[3], float color[3])
-{
-    static const float zenith[3] = {0.30f, 0.48f, 0.78f}, horizon[3] = {0.80f, 0.87f, 0.94f};
-    float t = sqrtf(clamp_float(direction[1] * 1.4f + 0.1f, 0, 1));
-    for (int i = 0; i < 3; i++)
-        color[i] = horizon[i] + (zenith[i] - horizon[i]) * t;
-}
-
-/* In world space and on the viewer's side; the face's own where the mesh has no normals. */
-static void shading_normal(const struct cranny_instance *instance, const struct cranny_mesh *mesh,
-                           const struct cranny_hit *hit, const float direction[3], double n[3])
-{
-    const uint32_t *c = mesh->triangles[hit->triangle];
-    const double *m = instance->world_from_object;
-    double inverse[9], p[3][3], e[3], f[3];
-    float w[3] = {1 - hit->u - hit->v, hit->u, hit->v};
-    const bool smooth = mesh->normals && transform_inverse3(m, inverse);
-    if (smooth) {
-        float local[3];
-        for (int i = 0; i < 3; i++)
-            local[i] = w[0] * mesh->normals[c[0]][i] + w[1] * mesh->normals[c[1]][i] +
-                       w[2] * mesh->normals[c[2]][i];
-        for (int i = 0; i < 3; i++)
-            n[i] = inverse[i] * local[0] + inverse[3 + i] * local[1] + inverse[6 + i] * local[2];
-    } else {
-        for (int k = 0; k < 3; k++)
-            transform_point(m, mesh->positions[c[k]], p[k]);
-        for (int i = 0; i < 3; i++) {
-            e[i] = p[1][i] - p[0][i];
-            f[i] = p[2][i] - p[0][i];
-        }
-        cross3(e, f, n);
-    }
-    if (!normalise3(n))
-        n[0] = 0, n[1] = 1, n[2] = 0;
-    bool turn = smooth ? hit->back_face
-                       : n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2] > 0;
-    for (int i = 0; turn && i < 3; i++)
-        n[i] = -n[i];
-}
 
 static float visibility_at(const struct cranny_bake *bake, const struct cranny_mesh *mesh,
                            const struct cranny_hit *hit)
@@ -115,25 +28,18 @@ static void shade(const struct cranny_scene *scene, const struct cranny_bake *ba
 {
     static const float above[3] = {0.66f, 0.66f, 0.66f}, below[3] = {0.34f, 0.31f, 0.28f};
     if (hit->instance == UINT32_MAX) {
-        sky(direction, color);
+        sight_sky(direction, color);
         return;
     }
     const struct cranny_instance *instance = cranny_scene_instance(scene, hit->instance);
     const struct cranny_mesh *mesh = cranny_scene_mesh(scene, instance->mesh);
     double n[3];
-    shading_normal(instance, mesh, hit, direction, n);
+    sight_normal(instance, mesh, hit, direction, n);
     double facing = -(n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
     float level = gain * visibility_at(bake, mesh, hit) * (0.82f + 0.18f * fmaxf((float)facing, 0));
     float t = 0.5f + 0.5f * (float)n[1];
     for (int i = 0; i < 3; i++)
         color[i] = level * (below[i] + (above[i] - below[i]) * t);
-}
-
-static uint8_t encode_srgb(float x)
-{
-    x = clamp_float(x, 0, 1);
-    float y = x <= 0.0031308f ? 12.92f * x : 1.055f * powf(x, 1 / 2.4f) - 0.055f;
-    return (uint8_t)(255 * y + 0.5f);
 }
 
 /* What every step of a picture needs. */
@@ -208,7 +114,7 @@ static void band_resolve(const struct band *band, const struct picture *picture,
             }
             uint8_t *pixel = rgb + ((size_t)row * (size_t)width + (size_t)column) * 3;
             for (int i = 0; i < 3; i++)
-                pixel[i] = encode_srgb(sum[i] / (GRID * GRID));
+                pixel[i] = srgb_encode(sum[i] / (GRID * GRID));
         }
     }
 }
@@ -307,7 +213,7 @@ enum cranny_status cranny_preview_render_view(const struct cranny_scene *scene,
     struct lens lens;
     enum cranny_status status = check_size(width, height, why);
     if (status == CRANNY_OK)
-        status = make_lens(view, (double)width / height, &lens, why);
+        status = lens_create(view, (double)width / height, &lens, why);
     if (status != CRANNY_OK)
         return status;
     status = open_picture(scene, bake, params, &picture, why);
@@ -327,7 +233,7 @@ enum cranny_status cranny_preview_default_view(const struct cranny_scene *scene,
     struct picture picture;
     enum cranny_status status = open_picture(scene, NULL, params, &picture, why);
     if (status == CRANNY_OK)
-        status = preview_choose_view(scene, picture.tracer, aspect, view, why);
+        status = view_choose(scene, picture.tracer, aspect, view, why);
     cranny_tracer_destroy(&picture.tracer);
     return status;
 }
@@ -353,9 +259,9 @@ enum cranny_status cranny_preview_render(const struct cranny_scene *scene,
     struct cranny_camera view;
     status = open_picture(scene, bake, params, &picture, why);
     if (status == CRANNY_OK)
-        status = preview_choose_view(scene, picture.tracer, aspect, &view, why);
+        status = view_choose(scene, picture.tracer, aspect, &view, why);
     if (status == CRANNY_OK)
-        status = make_lens(&view, aspect, &picture.lens, why);
+        status = lens_create(&view, aspect, &picture.lens, why);
     if (status == CRANNY_OK)
         status = draw(&picture, width, height, rgb, why);
     cranny_tracer_destroy(&picture.tracer);

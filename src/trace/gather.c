@@ -19,6 +19,7 @@ struct gather_plan {
     enum cranny_packet packet;
     enum cranny_kernel kernel;
     float distances[2];
+    float reach; /* see struct ray_block */
 };
 
 enum cranny_status gather_plan_create(const struct cranny_gather_params *params, bool adaptive,
@@ -30,7 +31,8 @@ enum cranny_status gather_plan_create(const struct cranny_gather_params *params,
         return fail_memory(why, "ray directions");
     *made = (struct gather_plan){.packet = params->packet,
                                  .kernel = params->kernel,
-                                 .distances = {params->distances[0], params->distances[1]}};
+                                 .distances = {params->distances[0], params->distances[1]},
+                                 .reach = INFINITY};
     const int first = adaptive && params->rays >= 8 ? params->rays / 4 : params->rays;
     if (!directions_create(&made->directions, params->sampler, params->rays, first, params->seed)) {
         free(made);
@@ -38,6 +40,12 @@ enum cranny_status gather_plan_create(const struct cranny_gather_params *params,
     }
     *plan = made;
     return CRANNY_OK;
+}
+
+void gather_plan_shorten(struct gather_plan *plan)
+{
+    if (plan->kernel != CRANNY_KERNEL_EXPONENTIAL)
+        plan->reach = fmaxf(plan->distances[0], plan->distances[1]);
 }
 
 void gather_plan_destroy(struct gather_plan **plan)
@@ -82,6 +90,7 @@ static void gather_rays(const struct cranny_tracer *tracer, const struct gather_
                         int end, struct tally *tally)
 {
     struct ray_block block;
+    block.reach = plan->reach;
     for (int start = from; start < end; start += RAY_BLOCK) {
         const int count = min_int(RAY_BLOCK, end - start);
         directions_fill(&plan->directions, frame, start, count, &block);

@@ -13,6 +13,11 @@ struct gather_plan;
  * hit. Parameters are checked by the caller. */
 enum cranny_status gather_plan_create(const struct cranny_gather_params *params, bool adaptive,
                                       struct gather_plan **plan, struct cranny_error *why);
+
+/* Rays only as long as the kernel can tell apart: visibilities stay the same bits, faster, but back
+ * faces beyond are not counted. Nothing for the exponential kernel, which has no end. */
+void gather_plan_shorten(struct gather_plan *plan);
+
 void gather_plan_destroy(struct gather_plan **plan);
 
 struct gather_point {

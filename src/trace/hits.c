@@ -52,9 +52,8 @@ static struct cranny_hit describe(const struct cranny_tracer *tracer, const stru
                                .back_face = tracer_back_face(tracer, top, normal, direction)};
 }
 
-static void trace_ray(const struct cranny_tracer *tracer, const float origin[3],
-                      const float direction[3], uint32_t id, float *distance,
-                      struct cranny_hit *hit)
+void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
+               uint32_t id, float *distance, struct cranny_hit *hit)
 {
     struct RTCRayHit r = {
         .ray = {.org_x = origin[0],

@@ -32,7 +32,7 @@ static void trace_single(const struct cranny_tracer *tracer, const float origin[
                 .dir_x = block->x[ray],
                 .dir_y = block->y[ray],
                 .dir_z = block->z[ray],
-                .tfar = INFINITY,
+                .tfar = block->reach,
                 .mask = UINT32_MAX,
                 .id = block->ids + (uint32_t)ray},
         .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
@@ -58,7 +58,7 @@ static void trace_single(const struct cranny_tracer *tracer, const float origin[
             r.ray.dir_y[i] = block->y[first + i];                                                  \
             r.ray.dir_z[i] = block->z[first + i];                                                  \
             r.ray.tnear[i] = 0;                                                                    \
-            r.ray.tfar[i] = INFINITY;                                                              \
+            r.ray.tfar[i] = block->reach;                                                          \
             r.ray.time[i] = 0;                                                                     \
             r.ray.mask[i] = UINT32_MAX;                                                            \
             r.ray.id[i] = block->ids + (uint32_t)(first + i);                                      \

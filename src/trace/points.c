@@ -131,6 +131,8 @@ enum cranny_status cranny_gather(const struct cranny_tracer *tracer, size_t poin
     status = gather_plan_create(params, false, &plan, why);
     if (status != CRANNY_OK)
         return status;
+    if (!back_fraction)
+        gather_plan_shorten(plan);
     job.plan = plan;
     job.chunk = (size_t)max_int(1, min_int(CHUNK_POINTS_MAX, CHUNK_RAYS / params->rays));
     if (!hook_progress(job.hooks, "trace", 0, (double)point_count))

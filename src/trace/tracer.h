@@ -79,6 +79,11 @@ void alpha_filter(const struct RTCFilterFunctionNArguments *args);
 enum triangle_class alpha_class(const struct cranny_scene *scene, const struct cranny_mesh *mesh,
                                 uint32_t triangle);
 
+/* The nearest surface along one ray, for one thread; `id` decides the dice of blended surfaces.
+ * `hit` may be NULL. (hits.c) */
+void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
+               uint32_t id, float *distance, struct cranny_hit *hit);
+
 #define RAY_BLOCK 64
 
 /* Rays from one origin, and what they met. */
@@ -87,6 +92,7 @@ struct ray_block {
     _Alignas(64) float y[RAY_BLOCK];
     _Alignas(64) float z[RAY_BLOCK];
     _Alignas(64) float distance[RAY_BLOCK]; /* INFINITY: nothing */
+    float reach;         /* metres: hits at or beyond it need not be found; INFINITY: all are */
     uint32_t ids;        /* of the first ray; the next ones count on. For the filter's dice */
     uint32_t back_faces; /* hits on back faces of single-sided materials */
 };

@@ -1,4 +1,4 @@
-#include "bake/watch.h"
+#include "base/watch.h"
 
 void watch_begin(struct watch *watch, const struct cranny_hooks *hooks, const char *stage,
                  size_t total)

@@ -1,5 +1,5 @@
 /* A view for scenes without a camera: from outside where that shows fronts, else from within. */
-#include "bake/preview.h"
+#include "trace/view.h"
 
 #include "scene/scene.h"
 
@@ -186,9 +186,8 @@ static enum cranny_status look_from_within(const struct cranny_scene *scene,
     return CRANNY_OK;
 }
 
-enum cranny_status preview_choose_view(const struct cranny_scene *scene,
-                                       const struct cranny_tracer *tracer, double aspect,
-                                       struct cranny_camera *view, struct cranny_error *why)
+enum cranny_status view_choose(const struct cranny_scene *scene, const struct cranny_tracer *tracer,
+                               double aspect, struct cranny_camera *view, struct cranny_error *why)
 {
     double bounds[6], share;
     cranny_scene_bounds(scene, bounds);

@@ -1,6 +1,6 @@
 /* How a long stage tells how far it is, and hears that it should stop. */
-#ifndef BAKE_WATCH_H
-#define BAKE_WATCH_H
+#ifndef BASE_WATCH_H
+#define BASE_WATCH_H
 
 #include "base/base.h"
 
