@@ -84,15 +84,21 @@ static struct layer only_layer(struct names names)
     return first;
 }
 
+/* Beside an X, Y is a coordinate. */
+static struct channel_choice find_value(struct names names, struct layer layer)
+{
+    if (find(names, layer, "X") >= 0)
+        return (struct channel_choice){0};
+    return find_any(names, layer, value_names, 3);
+}
+
 static struct channel_choice choose_value(struct names names)
 {
     const struct layer none = {"", 0};
-    struct channel_choice choice = find_any(names, none, value_names, 3);
+    struct channel_choice choice = find_value(names, none);
     if (!choice.count && names.count == 1)
         choice = one(0);
-    if (!choice.count)
-        choice = find_any(names, only_layer(names), value_names, 3);
-    return choice;
+    return choice.count ? choice : find_value(names, only_layer(names));
 }
 
 static struct channel_choice choose_depth(struct names names)

@@ -84,13 +84,14 @@ static void to_floats(const uint8_t *row, int width, int file_channels, int bits
         }
 }
 
-static bool begin_image(struct png_job *job, size_t *row_bytes)
+/* Before libpng makes its rows, which would be as wide as the header says. */
+static bool begin_image(struct png_job *job)
 {
     const struct image_source *source = job->source;
     const int64_t width = png_get_image_width(job->png, job->info);
     const int64_t height = png_get_image_height(job->png, job->info);
-    const int file_channels = png_get_channels(job->png, job->info);
-    *row_bytes = png_get_rowbytes(job->png, job->info);
+    const int type = png_get_color_type(job->png, job->info);
+    const int file_channels = type & PNG_COLOR_MASK_COLOR ? 3 : 1;
     if ((uint64_t)width * (uint64_t)height / 8 / DEFLATE_RATIO > source->size)
         job->status = fail(job->why, CRANNY_INPUT,
                            "%s: broken PNG: %lld x %lld pixels cannot lie in %zu bytes; write it "
@@ -103,11 +104,12 @@ static bool begin_image(struct png_job *job, size_t *row_bytes)
     return job->status == CRANNY_OK;
 }
 
-static void read_rows(struct png_job *job, int passes, size_t row_bytes)
+static void read_rows(struct png_job *job, int passes)
 {
     struct cranny_image *image = job->image;
     const int file_channels = png_get_channels(job->png, job->info);
     const int bits = png_get_bit_depth(job->png, job->info);
+    const size_t row_bytes = png_get_rowbytes(job->png, job->info);
     const size_t row_step = passes > 1 ? row_bytes : 0;
     job->rows = alloc_array(row_step ? (size_t)image->height : 1, row_bytes);
     if (!job->rows) {
@@ -128,17 +130,16 @@ static void read_rows(struct png_job *job, int passes, size_t row_bytes)
 
 static void decode(struct png_job *job)
 {
-    size_t row_bytes;
     png_set_read_fn(job->png, job, on_read);
     /* Larger ones are refused by image_alloc, in words. */
     png_set_user_limits(job->png, PNG_UINT_31_MAX, PNG_UINT_31_MAX);
     png_read_info(job->png, job->info);
+    if (!begin_image(job))
+        return;
     plain_samples(job);
     const int passes = png_set_interlace_handling(job->png);
     png_read_update_info(job->png, job->info);
-    if (!begin_image(job, &row_bytes))
-        return;
-    read_rows(job, passes, row_bytes);
+    read_rows(job, passes);
     if (job->status == CRANNY_OK)
         png_read_end(job->png, NULL);
 }
