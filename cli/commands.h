@@ -9,6 +9,7 @@
 int command_bake(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_check(int argc, char **argv);
+int command_diff(int argc, char **argv);
 
 /* How scenes are read: the options of every command that takes one. */
 struct load_options {
@@ -21,7 +22,7 @@ struct load_options load_options_default(void);
 enum cranny_status load_scene(struct ui *ui, const char *path, const struct load_options *options,
                               struct cranny_scene **scene, struct cranny_error *why);
 
-/* Read the command line of a command with one SCENE. -1: go on; else the exit status, all said. */
+/* Read the command line of a command. -1: go on; else the exit status, all said. */
 int begin_command(struct interface *face, struct ui *ui, int argc, char **argv);
 
 #endif

@@ -65,9 +65,11 @@ int begin_command(struct interface *face, struct ui *ui, int argc, char **argv)
         options_help(face, stdout);
         return ui_finish_output(ui);
     }
-    if (status == CRANNY_OK && face->operand_count == 0)
-        status = refuse(&why, CRANNY_USAGE, "no scene given: cranny %s %s; see 'cranny %s --help'",
-                        face->command, face->usage, face->command);
+    const size_t minimum = face->operand_minimum ? face->operand_minimum : 1;
+    if (status == CRANNY_OK && face->operand_count < minimum)
+        status = refuse(&why, CRANNY_USAGE, "%s: cranny %s %s; see 'cranny %s --help'",
+                        face->lacking ? face->lacking : "no scene given", face->command,
+                        face->usage, face->command);
     if (status != CRANNY_OK)
         return ui_fail(ui, &why);
     ui_begin(ui);

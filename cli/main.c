@@ -16,6 +16,7 @@ static const struct command commands[] = {
     {"bake", command_bake, "bake  SCENE [-o OUT]", "ambient obscurance onto the scene's vertices"},
     {"info", command_info, "info  SCENE", "what is in the scene"},
     {"check", command_check, "check SCENE", "what is wrong with it, and what to pass for its size"},
+    {"diff", command_diff, "diff  A B", "how far image A is from image B, the reference"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
 
@@ -82,7 +83,7 @@ int main(int argc, char **argv)
     ui_catch_signals();
     const char *word = argc > 1 ? argv[1] : "";
     if (argc < 2) {
-        fprintf(stderr, "cranny: no command given: bake, info or check; see 'cranny --help'\n");
+        fprintf(stderr, "cranny: no command given; see 'cranny --help'\n");
         return cranny_exit_status(CRANNY_USAGE);
     }
     if (strcmp(word, "--help") == 0 || strcmp(word, "-h") == 0 || strcmp(word, "help") == 0)

@@ -142,6 +142,18 @@ static enum cranny_status parse_int(const struct option *row, const char *text, 
     return CRANNY_OK;
 }
 
+static enum cranny_status parse_number(const struct option *row, const char *text, double *out,
+                                       struct cranny_error *why)
+{
+    char *end;
+    double value = strtod(text, &end);
+    if (end == text || *end || !(value >= row->minimum && value <= row->maximum))
+        return refuse(why, CRANNY_USAGE, "--%s: '%.200s' is not a number in [%d, %d]", row->name,
+                      text, row->minimum, row->maximum);
+    *out = value;
+    return CRANNY_OK;
+}
+
 static enum cranny_status parse_size(const struct option *row, const char *text, int out[2],
                                      struct cranny_error *why)
 {
@@ -206,6 +218,8 @@ static enum cranny_status store(const struct option *row, void *field, const cha
         return CRANNY_OK;
     case OPTION_INT:
         return parse_int(row, text, field, why);
+    case OPTION_NUMBER:
+        return parse_number(row, text, field, why);
     case OPTION_CHOICE:
         return parse_choice(row, text, field, why);
     case OPTION_BYTES:

@@ -10,6 +10,7 @@ enum option_type {
     OPTION_TEXT,     /* field is const char * */
     OPTION_OPTIONAL, /* field is const char *; "" when the option came without =VALUE */
     OPTION_INT,      /* field is int */
+    OPTION_NUMBER,   /* field is double */
     OPTION_CHOICE,   /* field is int; `choices` names its values from 0 on */
     OPTION_BYTES,    /* field is uint64_t; takes K, M, G, T (powers of 1024) */
     OPTION_SIZE,     /* field is int[2]; WIDTHxHEIGHT */
@@ -46,7 +47,9 @@ struct interface {
     void *params;                           /* set to the defaults by the caller */
     const char **operands;
     size_t operand_limit;
-    size_t operand_count; /* filled by options_parse */
+    size_t operand_minimum; /* 0 is 1 */
+    const char *lacking;    /* said when there are fewer; NULL: "no scene given" */
+    size_t operand_count;   /* filled by options_parse */
 };
 
 /* Read the arguments after the command's name. Preset files are applied first, then everything else

@@ -1,5 +1,5 @@
 # Every dependency, found once. Required: Embree, assimp, jansson, libpng, libjpeg, OpenMP.
-# Optional: meshoptimizer, draco. Each sets CRANNY_HAVE_NAME to 0 or 1.
+# Optional: meshoptimizer, draco, OpenEXR. Each sets CRANNY_HAVE_NAME to 0 or 1.
 find_package(PkgConfig REQUIRED)
 find_package(OpenMP REQUIRED COMPONENTS C)
 find_package(JPEG REQUIRED)
@@ -37,4 +37,19 @@ if(CMAKE_CXX_COMPILER)
 endif()
 if(NOT CRANNY_HAVE_DRACO)
     message(STATUS "draco not found: KHR_draco_mesh_compression will be refused")
+endif()
+
+# Only the C core, which needs no C++ of whoever links it; OpenEXR's own package would bring more.
+set(CRANNY_HAVE_EXR 0)
+find_path(CRANNY_EXR_INCLUDE openexr.h PATH_SUFFIXES OpenEXR)
+find_library(CRANNY_EXR_LIBRARY OpenEXRCore)
+mark_as_advanced(CRANNY_EXR_INCLUDE CRANNY_EXR_LIBRARY)
+if(CRANNY_EXR_INCLUDE AND CRANNY_EXR_LIBRARY)
+    add_library(OpenEXRCore UNKNOWN IMPORTED)
+    set_target_properties(OpenEXRCore PROPERTIES
+        IMPORTED_LOCATION "${CRANNY_EXR_LIBRARY}"
+        INTERFACE_INCLUDE_DIRECTORIES "${CRANNY_EXR_INCLUDE}")
+    set(CRANNY_HAVE_EXR 1)
+else()
+    message(STATUS "OpenEXR not found: .exr images will be refused")
 endif()

@@ -13,7 +13,8 @@ endif()
 target_compile_definitions(cranny-flags INTERFACE _GNU_SOURCE=1
     CRANNY_EMBREE_MAJOR=${CRANNY_EMBREE_MAJOR}
     CRANNY_HAVE_MESHOPT=${CRANNY_HAVE_MESHOPT}
-    CRANNY_HAVE_DRACO=${CRANNY_HAVE_DRACO})
+    CRANNY_HAVE_DRACO=${CRANNY_HAVE_DRACO}
+    CRANNY_HAVE_EXR=${CRANNY_HAVE_EXR})
 
 # cranny_layer(NAME SOURCES... ) : one folder of src/ as an object library plus a static one for tests.
 # What a layer may include is what it links: lower layers only.

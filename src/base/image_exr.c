@@ -1,0 +1,409 @@
+/* OpenEXR through its C core, from and to memory: flat parts, scanline or tiled, one level. */
+#include "base/image_channels.h"
+#include "base/image_float.h"
+
+#if CRANNY_HAVE_EXR
+
+#    include <inttypes.h>
+#    include <openexr.h>
+
+/* Of one chunk unpacked; a tile may span the image and hold channels that nobody wants. */
+#    define CHUNK_LIMIT_BYTES ((uint64_t)1 << 32)
+enum { CHANNEL_LIMIT = 1024, CHANNEL_TEXT_SIZE = 320 };
+
+struct exr_job {
+    exr_context_t context;
+    char text[256]; /* OpenEXR's word for what is wrong */
+    struct cranny_error *why;
+    const char *name;
+    int part;
+    /* reading */
+    const struct image_source *source;
+    struct cranny_image *image;
+    struct channel_choice choice;
+    exr_decode_pipeline_t decode;
+    bool decode_begun;
+    /* writing */
+    const struct image_view *view;
+    const char *const *names;
+    struct image_sink *sink;
+    exr_encode_pipeline_t encode;
+    bool encode_begun;
+};
+
+static void on_error(exr_const_context_t context, exr_result_t code, const char *text)
+{
+    void *user = NULL;
+    (void)code;
+    if (exr_get_user_data(context, &user) == EXR_ERR_SUCCESS && user) {
+        struct exr_job *job = user;
+        snprintf(job->text, sizeof job->text, "%s", text);
+    }
+}
+
+static int64_t on_size(exr_const_context_t context, void *user)
+{
+    (void)context;
+    return (int64_t)((struct exr_job *)user)->source->size;
+}
+
+static int64_t on_read(exr_const_context_t context, void *user, void *buffer, uint64_t size,
+                       uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    const struct image_source *source = ((struct exr_job *)user)->source;
+    (void)context;
+    (void)error;
+    if (offset >= source->size)
+        return 0;
+    if (size > source->size - offset)
+        size = source->size - offset;
+    memcpy(buffer, source->data + offset, (size_t)size);
+    return (int64_t)size;
+}
+
+static int64_t on_write(exr_const_context_t context, void *user, const void *buffer, uint64_t size,
+                        uint64_t offset, exr_stream_error_func_ptr_t error)
+{
+    if (image_sink_put(((struct exr_job *)user)->sink, offset, buffer, (size_t)size))
+        return (int64_t)size;
+    error(context, EXR_ERR_OUT_OF_MEMORY, "out of memory");
+    return -1;
+}
+
+/* What OpenEXR says carries our name for the file already. */
+static enum cranny_status fail_exr(const struct exr_job *job, exr_result_t code, bool reading)
+{
+    if (code == EXR_ERR_OUT_OF_MEMORY)
+        return fail_memory(job->why, job->name);
+    const char *text = *job->text ? job->text : exr_get_default_error_message(code);
+    const size_t prefix = strlen(job->name);
+    if (strncmp(text, job->name, prefix) == 0)
+        text += prefix + strspn(text + prefix, "': ");
+    return reading
+               ? fail(job->why, CRANNY_INPUT, "%s: broken EXR: %s; write it again", job->name, text)
+               : fail(job->why, CRANNY_FAILED, "%s: EXR: %s", job->name, text);
+}
+
+static enum cranny_status read_failure(const struct exr_job *job, exr_result_t code)
+{
+    return fail_exr(job, code, true);
+}
+
+static void list_channels(const exr_attr_chlist_t *channels, char text[CHANNEL_TEXT_SIZE])
+{
+    size_t used = 0;
+    text[0] = 0;
+    for (int i = 0; i < channels->num_channels && used < CHANNEL_TEXT_SIZE; i++)
+        used += (size_t)snprintf(text + used, CHANNEL_TEXT_SIZE - used, "%s%s", i ? ", " : "",
+                                 channels->entries[i].name.str);
+}
+
+static enum cranny_status fail_channels(const struct exr_job *job,
+                                        const exr_attr_chlist_t *channels)
+{
+    char text[CHANNEL_TEXT_SIZE];
+    list_channels(channels, text);
+    return fail(job->why, CRANNY_INPUT, "%s: needs channels %s, but has: %s; rename or export them",
+                job->name, channels_wanted(job->source->kind), text);
+}
+
+static struct channel_choice choose(enum cranny_image_kind kind, const exr_attr_chlist_t *channels)
+{
+    const char *names[CHANNEL_LIMIT];
+    const int count = min_int(channels->num_channels, CHANNEL_LIMIT);
+    for (int i = 0; i < count; i++)
+        names[i] = channels->entries[i].name.str;
+    return channels_choose(kind, names, count);
+}
+
+/* The first flat part that has the channels. */
+static enum cranny_status choose_part(struct exr_job *job)
+{
+    int part_count = 0;
+    const exr_attr_chlist_t *first = NULL;
+    exr_result_t result = exr_get_count(job->context, &part_count);
+    if (result != EXR_ERR_SUCCESS)
+        return read_failure(job, result);
+    for (int part = 0; part < part_count; part++) {
+        exr_storage_t storage;
+        const exr_attr_chlist_t *channels;
+        if (exr_get_storage(job->context, part, &storage) != EXR_ERR_SUCCESS ||
+            (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED) ||
+            exr_get_channels(job->context, part, &channels) != EXR_ERR_SUCCESS)
+            continue;
+        first = first ? first : channels;
+        job->choice = choose(job->source->kind, channels);
+        job->part = part;
+        if (job->choice.count)
+            return CRANNY_OK;
+    }
+    return first ? fail_channels(job, first)
+                 : fail(job->why, CRANNY_INPUT,
+                        "%s: holds deep data only; flatten it and write it again", job->name);
+}
+
+static enum cranny_status check_part(const struct exr_job *job)
+{
+    uint64_t chunk_bytes = 0;
+    const exr_attr_chlist_t *channels;
+    exr_result_t result = exr_get_channels(job->context, job->part, &channels);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_get_chunk_unpacked_size(job->context, job->part, &chunk_bytes);
+    if (result != EXR_ERR_SUCCESS)
+        return read_failure(job, result);
+    for (int i = 0; i < channels->num_channels; i++)
+        if (channels->entries[i].x_sampling != 1 || channels->entries[i].y_sampling != 1)
+            return fail(job->why, CRANNY_INPUT,
+                        "%s: channel %s is subsampled, which is not supported; write it at full "
+                        "resolution",
+                        job->name, channels->entries[i].name.str);
+    if (chunk_bytes > CHUNK_LIMIT_BYTES)
+        return fail(job->why, CRANNY_MEMORY,
+                    "%s: a tile or block of %" PRIu64 " bytes is over the limit; write it with "
+                    "smaller ones",
+                    job->name, chunk_bytes);
+    return CRANNY_OK;
+}
+
+/* Slot k of each pixel takes the channel choice.index[k]. */
+static exr_result_t aim_decoder(struct exr_job *job, int x, int y)
+{
+    struct cranny_image *image = job->image;
+    float *corner =
+        image->pixels + ((size_t)y * (size_t)image->width + (size_t)x) * (size_t)image->channels;
+    for (int k = 0; k < job->choice.count; k++) {
+        if (job->choice.index[k] >= job->decode.channel_count)
+            return EXR_ERR_INVALID_ARGUMENT;
+        exr_coding_channel_info_t *channel = &job->decode.channels[job->choice.index[k]];
+        if (channel->width > image->width - x || channel->height > image->height - y)
+            return EXR_ERR_BAD_CHUNK_LEADER;
+        channel->decode_to_ptr = (uint8_t *)(corner + k);
+        channel->user_data_type =
+            channel->data_type == EXR_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
+        channel->user_bytes_per_element = 4;
+        channel->user_pixel_stride = 4 * image->channels;
+        channel->user_line_stride = 4 * image->channels * image->width;
+    }
+    return EXR_ERR_SUCCESS;
+}
+
+static exr_result_t read_chunk(struct exr_job *job, const exr_chunk_info_t *chunk, int x, int y)
+{
+    exr_result_t result =
+        job->decode_begun ? exr_decoding_update(job->context, job->part, chunk, &job->decode)
+                          : exr_decoding_initialize(job->context, job->part, chunk, &job->decode);
+    const bool first = !job->decode_begun;
+    job->decode_begun = job->decode_begun || result == EXR_ERR_SUCCESS;
+    if (result == EXR_ERR_SUCCESS)
+        result = aim_decoder(job, x, y);
+    if (result == EXR_ERR_SUCCESS && first)
+        result = exr_decoding_choose_default_routines(job->context, job->part, &job->decode);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_decoding_run(job->context, job->part, &job->decode);
+    return result;
+}
+
+static exr_result_t read_scanlines(struct exr_job *job, const exr_attr_box2i_t *window)
+{
+    int32_t lines = 0;
+    exr_result_t result = exr_get_scanlines_per_chunk(job->context, job->part, &lines);
+    if (result == EXR_ERR_SUCCESS && lines < 1)
+        return EXR_ERR_INVALID_ATTR;
+    for (int y = 0; y < job->image->height && result == EXR_ERR_SUCCESS; y += lines) {
+        exr_chunk_info_t chunk;
+        const int line = (int)(window->min.y + (int64_t)y);
+        result = exr_read_scanline_chunk_info(job->context, job->part, line, &chunk);
+        if (result == EXR_ERR_SUCCESS && chunk.start_y != line)
+            result = EXR_ERR_BAD_CHUNK_LEADER;
+        if (result == EXR_ERR_SUCCESS)
+            result = read_chunk(job, &chunk, 0, y);
+    }
+    return result;
+}
+
+static exr_result_t read_tiles(struct exr_job *job)
+{
+    int32_t width = 0, height = 0;
+    exr_result_t result = exr_get_tile_sizes(job->context, job->part, 0, 0, &width, &height);
+    if (result == EXR_ERR_SUCCESS && (width < 1 || height < 1))
+        return EXR_ERR_INVALID_ATTR;
+    for (int64_t y = 0; y < job->image->height && result == EXR_ERR_SUCCESS; y += height)
+        for (int64_t x = 0; x < job->image->width && result == EXR_ERR_SUCCESS; x += width) {
+            exr_chunk_info_t chunk;
+            result = exr_read_tile_chunk_info(job->context, job->part, (int)(x / width),
+                                              (int)(y / height), 0, 0, &chunk);
+            if (result == EXR_ERR_SUCCESS)
+                result = read_chunk(job, &chunk, (int)x, (int)y);
+        }
+    return result;
+}
+
+/* Integers were decoded as they are, in the floats' place. */
+static void finish_pixels(const struct exr_job *job, const exr_attr_chlist_t *channels)
+{
+    const struct cranny_image *image = job->image;
+    const size_t count = (size_t)image->width * (size_t)image->height;
+    for (int k = 0; k < job->choice.count; k++) {
+        if (channels->entries[job->choice.index[k]].pixel_type != EXR_PIXEL_UINT)
+            continue;
+        for (size_t i = 0; i < count; i++) {
+            float *pixel = &image->pixels[i * (size_t)image->channels + (size_t)k];
+            uint32_t integer;
+            memcpy(&integer, pixel, sizeof integer);
+            *pixel = (float)integer;
+        }
+    }
+    if (job->choice.count == 1 && image->channels == 3)
+        for (size_t i = 0; i < count; i++)
+            image->pixels[i * 3 + 1] = image->pixels[i * 3 + 2] = image->pixels[i * 3];
+}
+
+static enum cranny_status read_part(struct exr_job *job)
+{
+    exr_attr_box2i_t window;
+    exr_storage_t storage;
+    const exr_attr_chlist_t *channels;
+    exr_result_t result = exr_get_data_window(job->context, job->part, &window);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_get_storage(job->context, job->part, &storage);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_get_channels(job->context, job->part, &channels);
+    if (result != EXR_ERR_SUCCESS)
+        return read_failure(job, result);
+    enum cranny_status status =
+        image_alloc(job->source, (int64_t)window.max.x - window.min.x + 1,
+                    (int64_t)window.max.y - window.min.y + 1,
+                    image_channels_of(job->source->kind, job->choice.count), job->image, job->why);
+    if (status != CRANNY_OK)
+        return status;
+    result = storage == EXR_STORAGE_TILED ? read_tiles(job) : read_scanlines(job, &window);
+    if (job->decode_begun)
+        exr_decoding_destroy(job->context, &job->decode);
+    if (result != EXR_ERR_SUCCESS)
+        return read_failure(job, result);
+    finish_pixels(job, channels);
+    return CRANNY_OK;
+}
+
+enum cranny_status image_decode_exr(const struct image_source *source, struct cranny_image *image,
+                                    struct cranny_error *why)
+{
+    struct exr_job job = {.why = why, .name = source->name, .source = source, .image = image};
+    exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    setup.error_handler_fn = on_error;
+    setup.user_data = &job;
+    setup.read_fn = on_read;
+    setup.size_fn = on_size;
+    setup.flags = EXR_CONTEXT_FLAG_DISABLE_CHUNK_RECONSTRUCTION;
+    exr_result_t result = exr_start_read(&job.context, source->name, &setup);
+    if (result != EXR_ERR_SUCCESS)
+        return read_failure(&job, result);
+    enum cranny_status status = choose_part(&job);
+    if (status == CRANNY_OK)
+        status = check_part(&job);
+    if (status == CRANNY_OK)
+        status = read_part(&job);
+    exr_finish(&job.context);
+    return status;
+}
+
+static exr_result_t begin_file(struct exr_job *job, bool half)
+{
+    const struct image_view *view = job->view;
+    const exr_pixel_type_t type = half ? EXR_PIXEL_HALF : EXR_PIXEL_FLOAT;
+    exr_result_t result = exr_add_part(job->context, NULL, EXR_STORAGE_SCANLINE, &job->part);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_initialize_required_attr_simple(job->context, job->part, view->width,
+                                                     view->height, EXR_COMPRESSION_ZIP);
+    for (int c = 0; c < view->channels && result == EXR_ERR_SUCCESS; c++)
+        result = exr_add_channel(job->context, job->part, job->names[c], type,
+                                 EXR_PERCEPTUALLY_LINEAR, 1, 1);
+    return result == EXR_ERR_SUCCESS ? exr_write_header(job->context) : result;
+}
+
+/* The file's channels are in the order of their names. */
+static void aim_encoder(struct exr_job *job, int y)
+{
+    const struct image_view *view = job->view;
+    for (int i = 0; i < job->encode.channel_count; i++) {
+        exr_coding_channel_info_t *channel = &job->encode.channels[i];
+        int c = 0;
+        while (c < view->channels - 1 && strcmp(job->names[c], channel->channel_name) != 0)
+            c++;
+        channel->encode_from_ptr = (const uint8_t *)(image_row(view, y) + c);
+        channel->user_data_type = EXR_PIXEL_FLOAT;
+        channel->user_bytes_per_element = 4;
+        channel->user_pixel_stride = 4 * view->channels;
+        channel->user_line_stride = (int32_t)view->stride;
+    }
+}
+
+static exr_result_t write_chunk(struct exr_job *job, int y)
+{
+    exr_chunk_info_t chunk;
+    exr_result_t result = exr_write_scanline_chunk_info(job->context, job->part, y, &chunk);
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    const bool first = !job->encode_begun;
+    result = first ? exr_encoding_initialize(job->context, job->part, &chunk, &job->encode)
+                   : exr_encoding_update(job->context, job->part, &chunk, &job->encode);
+    job->encode_begun = job->encode_begun || result == EXR_ERR_SUCCESS;
+    if (result != EXR_ERR_SUCCESS)
+        return result;
+    aim_encoder(job, y);
+    if (first)
+        result = exr_encoding_choose_default_routines(job->context, job->part, &job->encode);
+    return result == EXR_ERR_SUCCESS ? exr_encoding_run(job->context, job->part, &job->encode)
+                                     : result;
+}
+
+enum cranny_status image_encode_exr(const struct image_view *view, const char *const names[3],
+                                    bool half, const char *name, struct image_sink *sink,
+                                    struct cranny_error *why)
+{
+    struct exr_job job = {.why = why, .name = name, .view = view, .names = names, .sink = sink};
+    exr_context_initializer_t setup = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    setup.error_handler_fn = on_error;
+    setup.user_data = &job;
+    setup.write_fn = on_write;
+    exr_result_t result = exr_start_write(&job.context, name, EXR_WRITE_FILE_DIRECTLY, &setup);
+    if (result != EXR_ERR_SUCCESS)
+        return fail_exr(&job, result, false);
+    int32_t lines = 1;
+    result = begin_file(&job, half);
+    if (result == EXR_ERR_SUCCESS)
+        result = exr_get_scanlines_per_chunk(job.context, job.part, &lines);
+    for (int y = 0; y < view->height && result == EXR_ERR_SUCCESS; y += lines)
+        result = write_chunk(&job, y);
+    if (job.encode_begun)
+        exr_encoding_destroy(job.context, &job.encode);
+    exr_result_t closed = exr_finish(&job.context);
+    if (result == EXR_ERR_SUCCESS)
+        result = closed;
+    return result == EXR_ERR_SUCCESS ? CRANNY_OK : fail_exr(&job, result, false);
+}
+
+#else
+
+enum cranny_status image_decode_exr(const struct image_source *source, struct cranny_image *image,
+                                    struct cranny_error *why)
+{
+    (void)image;
+    return fail(why, CRANNY_INPUT,
+                "%s: this build is without OpenEXR; convert it to .pfm, or build Cranny with "
+                "OpenEXR",
+                source->name);
+}
+
+enum cranny_status image_encode_exr(const struct image_view *view, const char *const names[3],
+                                    bool half, const char *name, struct image_sink *sink,
+                                    struct cranny_error *why)
+{
+    (void)view;
+    (void)names;
+    (void)half;
+    (void)sink;
+    return fail(why, CRANNY_USAGE, "%s: this build is without OpenEXR", name);
+}
+
+#endif
