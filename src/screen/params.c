@@ -45,6 +45,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
            "how occlusion falls with distance: none up to the radius, 1-(d/r)^2, 1-d/r, or "       \
            "(1-(d/r)^2)^2")
 #define COSINE(V) SWITCH(cosine, V, "weigh directions by the cosine, as ambient light does")
+#define SPREAD(V) SWITCH(spread, V, "put more samples near the pixel than far from it")
 #define THICKNESS(V)                                                                               \
     REAL(thickness, "radii", 1e-3, 1e6, V, "how thick what a depth buffer shows is taken to be")
 #define KERNEL(V)                                                                                  \
@@ -116,6 +117,7 @@ static const struct cranny_param hbao_rows[] = {
     REAL(angle_bias, "degrees", 0, 89, 2, "angle over the tangent plane that does not count"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
+    SPREAD(1),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
@@ -155,6 +157,7 @@ static const struct cranny_param alchemy_rows[] = {
     REAL(band_begin, "pixels", 1, 1e4, 8,
          "projected radius under which the second band begins; each next at half of it"),
     FALLOFF(CRANNY_FALLOFF_QUADRATIC),
+    SPREAD(1),
     REAL(epsilon, "", 1e-8, 1, 0.0004,
          "softening of the distance, as a share of the radius' square"),
     LIMIT(1),
@@ -174,6 +177,7 @@ static const struct cranny_param raymarch_rows[] = {
     STEPS(24),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
+    SPREAD(1),
     THICKNESS(1000),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
@@ -203,7 +207,8 @@ static const struct setting ssao_paper[] = {
 static const struct setting hbao_paper[] = {
     {"cosine", "false"},  {"falloff", "quadratic"}, {"border", "clamp"},    {"normals", "face"},
     {"directions", "4"},  {"steps", "4"},           {"intensity", "1"},     {"contrast", "1"},
-    {"angle_bias", "30"}, {"resolution", "half"},   {"filter_radius", "4"}, {NULL, NULL},
+    {"angle_bias", "10"}, {"resolution", "half"},   {"filter_radius", "4"}, {"spread", "false"},
+    {NULL, NULL},
 };
 
 static const struct setting crease_paper[] = {
@@ -215,14 +220,14 @@ static const struct setting crease_paper[] = {
 };
 
 static const struct setting alchemy_paper[] = {
-    {"falloff", "none"},   {"noise", "hash"}, {"border", "clamp"}, {"bias", "0.0001"},
-    {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},   {"filter_radius", "6"},
-    {"epsilon", "0.0004"}, {NULL, NULL},
+    {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"}, {"border", "clamp"},
+    {"bias", "0.0001"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
+    {"filter_radius", "6"}, {"epsilon", "0.0004"}, {NULL, NULL},
 };
 
 static const struct setting raymarch_paper[] = {
     {"cosine", "false"}, {"falloff", "quadratic"}, {"border", "clamp"}, {"normals", "face"},
-    {"intensity", "1"},  {"contrast", "1"},        {NULL, NULL},
+    {"intensity", "1"},  {"contrast", "1"},        {"spread", "false"}, {NULL, NULL},
 };
 
 static const struct setting *const papers[CRANNY_METHOD_COUNT] = {
