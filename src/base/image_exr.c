@@ -80,6 +80,9 @@ static enum cranny_status fail_exr(const struct exr_job *job, exr_result_t code,
     const size_t prefix = strlen(job->name);
     if (strncmp(text, job->name, prefix) == 0)
         text += prefix + strspn(text + prefix, "': ");
+    if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
+        return fail(job->why, CRANNY_INPUT, "%s: EXR: %s; write it with ZIP compression", job->name,
+                    text);
     return reading
                ? fail(job->why, CRANNY_INPUT, "%s: broken EXR: %s; write it again", job->name, text)
                : fail(job->why, CRANNY_FAILED, "%s: EXR: %s", job->name, text);
