@@ -218,6 +218,22 @@ static void test_png_types(void)
     }
 }
 
+static void test_png_large(void)
+{
+    enum { WIDTH = 9, HEIGHT = 11 };
+    static struct png_text text;
+    uint8_t rgba[HEIGHT * WIDTH * 4];
+    float expected[HEIGHT * WIDTH * 3];
+    for (int i = 0; i < HEIGHT * WIDTH * 4; i++)
+        rgba[i] = (uint8_t)(i * 37 + i / 7);
+    for (int i = 0; i < HEIGHT * WIDTH * 3; i++)
+        expected[i] = (float)rgba[i / 3 * 4 + i % 3] / 255.f;
+    for (int interlace = 0; interlace < 2; interlace++) {
+        make_png(&text, PNG_COLOR_TYPE_RGB_ALPHA, 8, interlace, rgba, WIDTH, HEIGHT, WIDTH * 4);
+        check_pixels(&text, CRANNY_IMAGE_COLOR, expected, HEIGHT * WIDTH * 3);
+    }
+}
+
 /* What a header says is not allocated before it can be true. */
 static void test_png_lies(void)
 {
@@ -341,6 +357,7 @@ int main(void)
     test_png_rounding();
     test_png_stride();
     test_png_types();
+    test_png_large();
     test_png_lies();
     test_write_refused();
     test_channels();
