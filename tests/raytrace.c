@@ -267,29 +267,53 @@ static void test_invariance(void)
     leave(&stage);
 }
 
-/* Far from the origin and far from the viewer, a floor still does not shade itself. */
-static void test_far(void)
+/* A floor around `at` does not shade itself, however far the viewer. */
+static void check_floor(const double at[3])
 {
     struct stage stage = {.scene = new_scene()};
-    const double place[12] = {0.8, 0.6, 0, 1e4, -0.6, 0.8, 0, -2e3, 0, 0, 1, 5e3};
+    const double place[12] = {0.8, 0.6, 0, at[0], -0.6, 0.8, 0, at[1], 0, 0, 1, at[2]};
     const uint32_t floor = quad_mesh(stage.scene, (double[3]){-1, 0, 1}, (double[3]){2, 0, 0},
                                      (double[3]){0, 0, -2}, 0, 1);
     add_instance(stage.scene, floor, place);
     stage.tracer = new_tracer(stage.scene);
     const struct cranny_frame_params size = frame_size(WIDTH, HEIGHT);
     static float visibility[PIXELS];
-    for (int k = 0; k < 3; k++) {
-        const double away = k == 0 ? 1 : k == 1 ? 100 : 10000;
-        stage.camera = look((double[3]){1e4 + 3 * away, -2e3 + 2 * away, 5e3 + away},
-                            (double[3]){1e4, -2e3, 5e3}, (float)(0.2 / away));
+    for (double away = 1; away < 1e5; away *= 100) {
+        const double eye[3] = {at[0] + 3 * away, at[1] + 2 * away, at[2] + away};
+        stage.camera = look(eye, at, (float)(0.2 / away));
         struct cranny_frame *frame = draw(&stage, &size);
         const struct cranny_raytrace_params params = rays_of(64, CRANNY_KERNEL_LINEAR, 1);
         const struct cranny_raytrace_report report = trace(frame, &params, visibility, NULL);
-        CHECK_MSG(report.rays >= 64 * PIXELS / 2, "%d: the floor is not seen", k);
+        CHECK_MSG(report.rays >= 64 * PIXELS / 2, "%g m away: the floor is not seen", away);
         for (int i = 0; i < PIXELS; i++)
             CHECK_MSG(visibility[i] == 1, "%g m away: %g", away, (double)visibility[i]);
         cranny_frame_destroy(&frame);
     }
+    leave(&stage);
+}
+
+static void test_far(void)
+{
+    check_floor((double[3]){1e4, -2e3, 5e3});
+    check_floor((double[3]){0.3, -0.2, 0.1});
+}
+
+/* Nor does a tilted one of kilometres, whose corners' roundings lift it above its points. */
+static void test_large(void)
+{
+    struct stage stage = {.scene = new_scene()};
+    add_quad(stage.scene, (double[3]){-3e4, -12054, 4e4}, (double[3]){6.1e4, 2.3e4, 0},
+             (double[3]){0, 1.3e3, -7e4}, 0);
+    stage.tracer = new_tracer(stage.scene);
+    stage.camera = look((double[3]){1, 20, 5}, (double[3]){0, 0, 0}, 1.2f);
+    const struct cranny_frame_params size = frame_size(WIDTH, HEIGHT);
+    struct cranny_frame *frame = draw(&stage, &size);
+    static float visibility[PIXELS];
+    const struct cranny_raytrace_params params = rays_of(256, CRANNY_KERNEL_LINEAR, 1);
+    CHECK_INT(trace(frame, &params, visibility, NULL).rays, 256 * PIXELS);
+    for (int i = 0; i < PIXELS; i++)
+        CHECK_MSG(visibility[i] == 1, "%d: %g", i, (double)visibility[i]);
+    cranny_frame_destroy(&frame);
     leave(&stage);
 }
 
@@ -365,6 +389,7 @@ int main(void)
     test_samples();
     test_invariance();
     test_far();
+    test_large();
     test_refusals();
     if (check_scenes())
         test_sponza(check_scenes());
