@@ -365,10 +365,10 @@ static void test_wrong_others(void)
 }
 
 /* Linear metres that came out of 16 bits, or of half floats. */
-static void coarsen(struct picture *p, bool halves)
+static void coarsen(struct picture *p, bool halves, float near_plane)
 {
     const struct cranny_depth_layout l = {.kind = CRANNY_DEPTH_DEVICE,
-                                          .near_plane = 0.1f,
+                                          .near_plane = near_plane,
                                           .far_plane = 100,
                                           .format = CRANNY_DEPTH_UNORM16};
     const int count = p->width * p->height;
@@ -392,7 +392,7 @@ static void test_steps(void)
 {
     for (int k = 0; k < 2 * SCENES; k++) {
         struct picture p = make((enum scene)(k / 2), false, 1, 640, 360);
-        coarsen(&p, k & 1);
+        coarsen(&p, k & 1, 0.1f);
         const struct cranny_gbuffer g = frame_of(&p);
         struct cranny_depth_advice advice;
         const struct said said = ask(&g, &advice);
@@ -404,6 +404,75 @@ static void test_steps(void)
                   "%s: bias %g for steps of %g", scene_names[k / 2], (double)advice.bias, step);
         drop(&p);
     }
+}
+
+/* Normals are right though depth is too coarse to show them from pixel to pixel. */
+static void test_coarse_normals(void)
+{
+    struct picture p = make(ROOM, false, 1, 640, 360);
+    coarsen(&p, false, 0.01f);
+    const struct cranny_gbuffer g = frame_of(&p);
+    const struct said said = ask(&g, NULL);
+    CHECK_MSG(!strcmp(said.codes, "depth-steps,"), "%s", said.texts);
+    drop(&p);
+}
+
+/* No sky, and near things at the top: values near 1 still tell what is far. */
+static void test_upside_down(void)
+{
+    for (int reversed = 0; reversed < 2; reversed++) {
+        struct picture p = make(ROOM, false, 1, 200, 150);
+        const struct cranny_depth_layout l = {.kind = CRANNY_DEPTH_DEVICE,
+                                              .near_plane = 0.1f,
+                                              .far_plane = 100,
+                                              .reversed = reversed};
+        encode(&p, &l);
+        for (int i = 0; i < p.width * p.height / 2; i++) {
+            const int j = p.width * (p.height - 1 - i / p.width) + i % p.width;
+            const float kept = p.depth[i];
+            p.depth[i] = p.depth[j];
+            p.depth[j] = kept;
+        }
+        const struct cranny_gbuffer g = frame_of(&p);
+        const struct said said = ask(&g, NULL);
+        EXPECT(said, reversed ? "depth-reversed" : "depth-device", "a room upside down");
+        drop(&p);
+    }
+}
+
+/* Few bits of true metres below 1: coarse, but no other convention. */
+static void test_coarse_linear(void)
+{
+    for (int k = 0; k < 2 * SCENES; k++) {
+        struct picture p =
+            make((enum scene)(k / 2), false, k / 2 == STREET ? 0.01 : 0.08, 480, 270);
+        const double levels = k & 1 ? 65535 : 255;
+        for (int i = 0; i < p.width * p.height; i++)
+            p.depth[i] = (float)(nearbyint((double)p.depth[i] * levels) / levels);
+        const struct cranny_gbuffer g = frame_of(&p);
+        const struct said said = ask(&g, NULL);
+        CHECK_MSG(!said.errors, "%s, %g levels: %s", scene_names[k / 2], levels, said.texts);
+        drop(&p);
+    }
+}
+
+/* View z is understood well enough to go on with. */
+static void test_view_z(void)
+{
+    struct picture p = make(ROOM, false, 1, 200, 150);
+    struct cranny_depth_advice right, negative;
+    const struct cranny_gbuffer g = frame_of(&p);
+    ask(&g, &right);
+    for (int i = 0; i < p.width * p.height; i++) {
+        p.depth[i] *= -1;
+        p.normal[3 * i + 1] *= -1;
+    }
+    const struct said said = ask(&g, &negative);
+    EXPECT(said, "depth-negative", "view z");
+    EXPECT(said, "normal-axis", "view z and y flipped");
+    CHECK_NEAR((double)negative.depth_median, (double)right.depth_median, 1e-3);
+    CHECK_NEAR((double)negative.depth_near, (double)right.depth_near, 1e-3);
+    drop(&p);
 }
 
 static void test_scale(void)
@@ -726,6 +795,10 @@ int main(void)
     test_wrong_perspective();
     test_wrong_others();
     test_steps();
+    test_coarse_normals();
+    test_upside_down();
+    test_coarse_linear();
+    test_view_z();
     test_scale();
     test_values();
     test_projection();
