@@ -46,40 +46,50 @@ static inline lane_f hbao_cosine_height(CONSTANTS_ARG struct pixel p, lane_3 vie
     return select_(less_(splat(K(sine_bias)), q), min_(max_(g, zero), one), zero);
 }
 
-/* table[i]: cosine and sine of direction i. */
-static inline lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
+/* Sum over all directions, for one of the two integrals. table[i]: cosine and sine of direction i.
+ */
+static inline lane_f hbao_sum(VIEW_ARG CONSTANTS_ARG struct pixel p, lane_3 view, const int cosine)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f);
-    const lane_3 z_axis = vec3_(zero, zero, one);
-    const lane_f away = sqrt_(max_(dot3(p.position, p.position), splat(1e-30f)));
-    const lane_3 view = VIEW(orthographic) ? z_axis : scale3(p.position, -1.0f / away);
     const lane_f nv = dot3(p.normal, view);
     const float step = 1.0f / (float)(K(steps) + 1);
     lane_f sum = zero, taken = zero;
     for (int d = 0; d < K(directions); d++) {
-        const lane_f dx = K(table)[d][0] * p.cosine - K(table)[d][1] * p.sine;
-        const lane_f dy = K(table)[d][0] * p.sine + K(table)[d][1] * p.cosine;
+        const lane_f dx = p.radius_x * (K(table)[d][0] * p.cosine - K(table)[d][1] * p.sine);
+        const lane_f dy = p.radius_y * (K(table)[d][0] * p.sine + K(table)[d][1] * p.cosine);
         lane_f horizon = zero, within = zero;
         for (int i = 0; i < K(steps); i++) {
             /* Even steps as published, or closer ones near the pixel. */
             const lane_f even = ((float)i + p.jitter + 0.5f) * step;
             const lane_f along = K(spread) ? even * even : even;
-            const struct surface s = read_surface(VIEW_PASS p.x + dx * p.radius_x * along,
-                                                  p.y + dy * p.radius_y * along, K(clamp));
+            const struct surface s =
+                read_surface(VIEW_PASS p.x + dx * along, p.y + dy * along, K(clamp));
             const lane_3 v = sub3(s.position, p.position);
             const lane_f vv = dot3(v, v);
             const lane_f inverse = 1.0f / sqrt_(max_(vv, splat(1e-30f)));
-            const lane_f height = K(cosine)
+            const lane_f height = cosine
                                       ? hbao_cosine_height(CONSTANTS_PASS p, view, nv, v, inverse)
                                       : hbao_height(CONSTANTS_PASS p, v, inverse);
             const lane_f rise = max_(height - horizon, zero);
             const lane_b counts = and_(s.counts, less_(vv, splat(K(radius2))));
-            sum = sum + select_(counts, rise * falloff_(CONSTANTS_PASS vv, vv * inverse), zero);
+            const lane_f weight = falloff_(CONSTANTS_PASS vv, vv * inverse);
+            sum = sum + select_(counts, rise * weight, zero);
             horizon = select_(counts, max_(horizon, height), horizon);
             within = within + select_(s.counts, one, zero);
         }
         /* Directions that leave the frame at once say nothing. */
         taken = taken + select_(less_(zero, within), one, zero);
     }
-    return finish_(CONSTANTS_PASS sum / max_(taken, one));
+    return sum / max_(taken, one);
+}
+
+static inline lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
+{
+    const lane_f zero = splat(0.0f);
+    const lane_f away = sqrt_(max_(dot3(p.position, p.position), splat(1e-30f)));
+    const lane_3 view =
+        VIEW(orthographic) ? vec3_(zero, zero, splat(1.0f)) : scale3(p.position, -1.0f / away);
+    if (K(cosine))
+        return finish_(CONSTANTS_PASS hbao_sum(VIEW_PASS CONSTANTS_PASS p, view, 1));
+    return finish_(CONSTANTS_PASS hbao_sum(VIEW_PASS CONSTANTS_PASS p, view, 0));
 }
