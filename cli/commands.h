@@ -10,6 +10,7 @@ int command_bake(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_check(int argc, char **argv);
 int command_diff(int argc, char **argv);
+int command_render(int argc, char **argv);
 
 /* How scenes are read: the options of every command that takes one. */
 struct load_options {

@@ -65,7 +65,12 @@ int begin_command(struct interface *face, struct ui *ui, int argc, char **argv)
         options_help(face, stdout);
         return ui_finish_output(ui);
     }
-    const size_t minimum = face->operand_minimum ? face->operand_minimum : 1;
+    const bool replaced = face->instead && *face->instead;
+    const size_t minimum = replaced ? 0 : face->operand_minimum ? face->operand_minimum : 1;
+    if (status == CRANNY_OK && replaced && face->operand_count)
+        status = refuse(&why, CRANNY_USAGE,
+                        "'%.200s' and '%.200s': one input at a time; see 'cranny %s --help'",
+                        face->operands[0], *face->instead, face->command);
     if (status == CRANNY_OK && face->operand_count < minimum)
         status = refuse(&why, CRANNY_USAGE, "%s: cranny %s %s; see 'cranny %s --help'",
                         face->lacking ? face->lacking : "no scene given", face->command,
