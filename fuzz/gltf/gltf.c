@@ -4,22 +4,11 @@
  * Run:    fuzz/run.sh 60                 (seconds; preset fuzz, a temporary corpus from gltf/seeds)
  * Replay: build/tests/fuzz_gltf_replay FILE|FOLDER...      (any compiler, no engine)
  * A crash goes to gltf/seeds, as small as it gets, and stays there. */
+#include "../replay.h"
+
 #include <cranny/scene.h>
-#include <stdio.h>
-#include <stdlib.h>
-#include <string.h>
 
 #define MEMORY_LIMIT_BYTES (256u << 20)
-
-int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
-
-static void demand(bool condition, const char *what)
-{
-    if (!condition) {
-        fprintf(stderr, "not true: %s\n", what);
-        abort();
-    }
-}
 
 static void log_ignore(void *user, enum cranny_log_level level, const char *line)
 {
@@ -106,67 +95,3 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     demand(scene == NULL, "destroying clears the pointer");
     return 0;
 }
-
-#ifndef FUZZ_ENGINE
-#    define FUZZ_ENGINE 0
-#endif
-#if !FUZZ_ENGINE
-#    include <dirent.h>
-#    include <sys/stat.h>
-
-static int replayed, unreadable;
-
-/* An exact malloc, so that a sanitizer sees the first byte beyond the end. */
-static void replay_file(const char *path)
-{
-    FILE *file = fopen(path, "rb");
-    struct stat info;
-    if (!file || fstat(fileno(file), &info) != 0) {
-        fprintf(stderr, "%s: cannot be opened\n", path);
-        unreadable++;
-        if (file)
-            fclose(file);
-        return;
-    }
-    size_t size = (size_t)info.st_size;
-    uint8_t *data = malloc(size ? size : 1);
-    if (data && fread(data, 1, size, file) == size) {
-        printf("%s\n", path);
-        fflush(stdout);
-        LLVMFuzzerTestOneInput(data, size);
-        replayed++;
-    } else {
-        unreadable++;
-    }
-    free(data);
-    fclose(file);
-}
-
-static void replay_folder(DIR *folder, const char *path)
-{
-    char name[4096];
-    for (const struct dirent *entry; (entry = readdir(folder)) != NULL;) {
-        if (entry->d_name[0] == '.')
-            continue;
-        if (snprintf(name, sizeof name, "%s/%s", path, entry->d_name) < (int)sizeof name)
-            replay_file(name);
-        else
-            unreadable++;
-    }
-}
-
-int main(int argc, char **argv)
-{
-    for (int i = 1; i < argc; i++) {
-        DIR *folder = opendir(argv[i]);
-        if (folder) {
-            replay_folder(folder, argv[i]);
-            closedir(folder);
-        } else {
-            replay_file(argv[i]);
-        }
-    }
-    printf("fuzz_replay: %d files, %d unreadable\n", replayed, unreadable);
-    return unreadable || !replayed;
-}
-#endif

@@ -62,7 +62,7 @@ CRANNY_API struct cranny_gbuffer cranny_frame_gbuffer(const struct cranny_frame 
 struct cranny_raytrace_params {
     float radius_world;        /* metres, > 0; default 0.5, as the methods' */
     enum cranny_kernel kernel; /* default linear over radius_world */
-    int rays;                  /* a pixel, 1 to 65536; default 256 */
+    int rays;                  /* a pixel, its samples share them; 1 to 65536; default 256 */
     float error_target;        /* stop when the mean standard error is below; default 0: never */
     int seed, threads;         /* default 0; threads 0: all cores; never changes the result */
     const struct cranny_hooks *hooks; /* stage "trace" */
@@ -96,8 +96,10 @@ struct cranny_light {
     float sky[3], ground[3]; /* radiance from above and below */
     float weights[3];        /* how much of visibility the ambient, diffuse and specular components
                                 take (Fox, Compton 2008): 1 all, 0 none; default 1, 0, 0 */
-    float sun[3], sun_direction[3]; /* a directional light for the other two; default none */
-    float exposure; /* factor before the sRGB curve; 0 (default): from the picture's mean */
+    float sun[3], sun_direction[3]; /* a directional light for the other two, world space, towards
+                                       the sun; surfaces cast shadows in it; default none */
+    float exposure; /* factor before the sRGB curve; 0 (default): from the picture's mean,
+                       within 0.2 and 5 */
 };
 CRANNY_API struct cranny_light cranny_light_default(void);
 

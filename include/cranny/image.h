@@ -25,9 +25,12 @@ enum cranny_image_kind {
 };
 
 /* Read .exr, .pfm or .png, told apart by content. PNG integers are scaled to [0,1] without any
- * gamma; EXR and PFM values come as they are, NaN and infinities included. At most
- * 16384 × 16384 pixels. CRANNY_INPUT: missing, broken, without such channels, or an EXR in a build
- * without OpenEXR; CRANNY_MEMORY when it does not fit. *image is zeroed on failure. */
+ * gamma and without alpha; EXR and PFM values come as they are, NaN and infinities included, and
+ * of PFM's scale only the sign counts. Of an EXR: the first part with the channels, flat, at full
+ * resolution; its data window is the image. Channel names may have a layer (Depth.Z), upper and
+ * lower case are the same. At most 16384 × 16384 pixels. CRANNY_INPUT: missing, broken, without
+ * such channels, or an EXR in a build without OpenEXR; CRANNY_MEMORY when it does not fit. *image
+ * is zeroed on failure. */
 CRANNY_API enum cranny_status cranny_image_read(const char *path, enum cranny_image_kind kind,
                                                 struct cranny_image *image,
                                                 struct cranny_error *why);

@@ -84,7 +84,7 @@ struct cranny_screen_params {
     int directions, steps, elevations; /* hbao, raymarch */
     float angle_bias;                  /* degrees */
     int falloff;                       /* enum cranny_falloff */
-    bool cosine, snap, hemisphere, curve, facing, edge_bloom;
+    bool cosine, spread, curve, facing, edge_bloom;
     int kernel; /* enum cranny_kernel_space */
     float kernel_scale, kernel_growth, kernel_limit;
     int rotation; /* enum cranny_rotation */

@@ -23,6 +23,7 @@ struct exr_job {
     struct channel_choice choice;
     exr_decode_pipeline_t decode;
     bool decode_begun;
+    int x, y; /* of the chunk in the image */
     /* writing */
     const struct image_view *view;
     const char *const *names;
@@ -79,6 +80,9 @@ static enum cranny_status fail_exr(const struct exr_job *job, exr_result_t code,
     const size_t prefix = strlen(job->name);
     if (strncmp(text, job->name, prefix) == 0)
         text += prefix + strspn(text + prefix, "': ");
+    if (code == EXR_ERR_FEATURE_NOT_IMPLEMENTED)
+        return fail(job->why, CRANNY_INPUT, "%s: EXR: %s; write it with ZIP compression", job->name,
+                    text);
     return reading
                ? fail(job->why, CRANNY_INPUT, "%s: broken EXR: %s; write it again", job->name, text)
                : fail(job->why, CRANNY_FAILED, "%s: EXR: %s", job->name, text);
@@ -165,42 +169,102 @@ static enum cranny_status check_part(const struct exr_job *job)
     return CRANNY_OK;
 }
 
-/* Slot k of each pixel takes the channel choice.index[k]. */
-static exr_result_t aim_decoder(struct exr_job *job, int x, int y)
+static uint32_t load_u32(const uint8_t *bytes)
 {
-    struct cranny_image *image = job->image;
-    float *corner =
-        image->pixels + ((size_t)y * (size_t)image->width + (size_t)x) * (size_t)image->channels;
-    for (int k = 0; k < job->choice.count; k++) {
-        if (job->choice.index[k] >= job->decode.channel_count)
-            return EXR_ERR_INVALID_ARGUMENT;
-        exr_coding_channel_info_t *channel = &job->decode.channels[job->choice.index[k]];
-        if (channel->width > image->width - x || channel->height > image->height - y)
-            return EXR_ERR_BAD_CHUNK_LEADER;
-        channel->decode_to_ptr = (uint8_t *)(corner + k);
-        channel->user_data_type =
-            channel->data_type == EXR_PIXEL_UINT ? EXR_PIXEL_UINT : EXR_PIXEL_FLOAT;
-        channel->user_bytes_per_element = 4;
-        channel->user_pixel_stride = 4 * image->channels;
-        channel->user_line_stride = 4 * image->channels * image->width;
+    return (uint32_t)bytes[0] | (uint32_t)bytes[1] << 8 | (uint32_t)bytes[2] << 16 |
+           (uint32_t)bytes[3] << 24;
+}
+
+static float float_of_bits(uint32_t bits)
+{
+    float value;
+    memcpy(&value, &bits, sizeof value);
+    return value;
+}
+
+/* The exponent's bias is put right by the product, for subnormal halves too. */
+static float float_of_half(uint32_t half)
+{
+    const uint32_t sign = (half & 0x8000) << 16, rest = (half & 0x7fff) << 13;
+    if ((half & 0x7c00) == 0x7c00)
+        return float_of_bits(sign | 0x7f800000 | rest);
+    const float magnitude = float_of_bits(rest) * 0x1p112f;
+    return sign ? -magnitude : magnitude;
+}
+
+static float load_sample(const uint8_t *bytes, exr_pixel_type_t type)
+{
+    switch (type) {
+    case EXR_PIXEL_UINT:
+        return (float)load_u32(bytes);
+    case EXR_PIXEL_HALF:
+        return float_of_half((uint32_t)bytes[0] | (uint32_t)bytes[1] << 8);
+    case EXR_PIXEL_FLOAT:
+    case EXR_PIXEL_LAST_TYPE:
+        break;
     }
+    return float_of_bits(load_u32(bytes));
+}
+
+/* -1: a channel that nobody asked for. */
+static int slot_of(const struct channel_choice *choice, int channel)
+{
+    for (int k = 0; k < choice->count; k++)
+        if (choice->index[k] == channel)
+            return k;
+    return -1;
+}
+
+/* OpenEXR 3.1's own routines write through the NULL of channels that are not wanted. In a chunk
+ * each line holds its samples channel by channel, little-endian. */
+static exr_result_t unpack_chunk(exr_decode_pipeline_t *decode)
+{
+    const struct exr_job *job = decode->decoding_user_data;
+    const struct cranny_image *image = job->image;
+    const uint8_t *from = decode->unpacked_buffer;
+    uint64_t line_bytes = 0;
+    for (int c = 0; c < decode->channel_count; c++) {
+        const exr_coding_channel_info_t *channel = &decode->channels[c];
+        if (channel->width != decode->chunk.width || channel->height != decode->chunk.height)
+            return EXR_ERR_BAD_CHUNK_LEADER;
+        line_bytes += (uint64_t)channel->width * (uint64_t)channel->bytes_per_element;
+    }
+    if (!from || decode->chunk.width > image->width - job->x ||
+        decode->chunk.height > image->height - job->y ||
+        line_bytes * (uint64_t)decode->chunk.height != decode->chunk.unpacked_size)
+        return EXR_ERR_BAD_CHUNK_LEADER;
+    for (int y = job->y; y < job->y + decode->chunk.height; y++)
+        for (int c = 0; c < decode->channel_count; c++) {
+            const exr_coding_channel_info_t *channel = &decode->channels[c];
+            const size_t bytes = (size_t)channel->bytes_per_element;
+            const int slot = slot_of(&job->choice, c);
+            float *to = image->pixels + ((size_t)y * (size_t)image->width + (size_t)job->x) *
+                                            (size_t)image->channels;
+            for (int x = 0; x < channel->width && slot >= 0; x++)
+                to[x * image->channels + slot] =
+                    load_sample(from + (size_t)x * bytes, (exr_pixel_type_t)channel->data_type);
+            from += (size_t)channel->width * bytes;
+        }
     return EXR_ERR_SUCCESS;
 }
 
 static exr_result_t read_chunk(struct exr_job *job, const exr_chunk_info_t *chunk, int x, int y)
 {
-    exr_result_t result =
-        job->decode_begun ? exr_decoding_update(job->context, job->part, chunk, &job->decode)
-                          : exr_decoding_initialize(job->context, job->part, chunk, &job->decode);
-    const bool first = !job->decode_begun;
-    job->decode_begun = job->decode_begun || result == EXR_ERR_SUCCESS;
-    if (result == EXR_ERR_SUCCESS)
-        result = aim_decoder(job, x, y);
-    if (result == EXR_ERR_SUCCESS && first)
-        result = exr_decoding_choose_default_routines(job->context, job->part, &job->decode);
-    if (result == EXR_ERR_SUCCESS)
-        result = exr_decoding_run(job->context, job->part, &job->decode);
-    return result;
+    exr_result_t result;
+    job->x = x;
+    job->y = y;
+    if (job->decode_begun) {
+        result = exr_decoding_update(job->context, job->part, chunk, &job->decode);
+    } else {
+        result = exr_decoding_initialize(job->context, job->part, chunk, &job->decode);
+        job->decode_begun = result == EXR_ERR_SUCCESS;
+        if (result == EXR_ERR_SUCCESS)
+            result = exr_decoding_choose_default_routines(job->context, job->part, &job->decode);
+        job->decode.decoding_user_data = job;
+        job->decode.unpack_and_convert_fn = unpack_chunk;
+    }
+    return result == EXR_ERR_SUCCESS ? exr_decoding_run(job->context, job->part, &job->decode)
+                                     : result;
 }
 
 static exr_result_t read_scanlines(struct exr_job *job, const exr_attr_box2i_t *window)
@@ -238,36 +302,21 @@ static exr_result_t read_tiles(struct exr_job *job)
     return result;
 }
 
-/* Integers were decoded as they are, in the floats' place. */
-static void finish_pixels(const struct exr_job *job, const exr_attr_chlist_t *channels)
+/* Grey as a colour. */
+static void repeat_first(const struct cranny_image *image)
 {
-    const struct cranny_image *image = job->image;
     const size_t count = (size_t)image->width * (size_t)image->height;
-    for (int k = 0; k < job->choice.count; k++) {
-        if (channels->entries[job->choice.index[k]].pixel_type != EXR_PIXEL_UINT)
-            continue;
-        for (size_t i = 0; i < count; i++) {
-            float *pixel = &image->pixels[i * (size_t)image->channels + (size_t)k];
-            uint32_t integer;
-            memcpy(&integer, pixel, sizeof integer);
-            *pixel = (float)integer;
-        }
-    }
-    if (job->choice.count == 1 && image->channels == 3)
-        for (size_t i = 0; i < count; i++)
-            image->pixels[i * 3 + 1] = image->pixels[i * 3 + 2] = image->pixels[i * 3];
+    for (size_t i = 0; i < count; i++)
+        image->pixels[i * 3 + 1] = image->pixels[i * 3 + 2] = image->pixels[i * 3];
 }
 
 static enum cranny_status read_part(struct exr_job *job)
 {
     exr_attr_box2i_t window;
     exr_storage_t storage;
-    const exr_attr_chlist_t *channels;
     exr_result_t result = exr_get_data_window(job->context, job->part, &window);
     if (result == EXR_ERR_SUCCESS)
         result = exr_get_storage(job->context, job->part, &storage);
-    if (result == EXR_ERR_SUCCESS)
-        result = exr_get_channels(job->context, job->part, &channels);
     if (result != EXR_ERR_SUCCESS)
         return read_failure(job, result);
     enum cranny_status status =
@@ -281,7 +330,8 @@ static enum cranny_status read_part(struct exr_job *job)
         exr_decoding_destroy(job->context, &job->decode);
     if (result != EXR_ERR_SUCCESS)
         return read_failure(job, result);
-    finish_pixels(job, channels);
+    if (job->choice.count < job->image->channels)
+        repeat_first(job->image);
     return CRANNY_OK;
 }
 

@@ -169,12 +169,17 @@ static bool is_sky(const struct cranny_frame *frame, int x, int y)
     return true;
 }
 
-/* Of the mean of `passes` passes, from their spread. */
+/* Of the mean of `passes` passes, from their spread. Since passes complement one another, their
+ * mean is better than that of as many independent ones: by passes^0.2, within 15 % for all kernels
+ * and 16 to 1024 rays on Crytek's Sponza and the dragon. */
 static float pixel_error(const struct truth *truth, size_t pixel, int passes)
 {
+    static const float complement[PASSES_MAX + 1] = {1,      1,      .8706f, .8027f, .7579f,
+                                                     .7248f, .6988f, .6776f, .6598f};
     const int rays = passes * truth->rays + min_int(passes, truth->longer);
     const float spread = fmaxf(truth->spread[pixel], 0);
-    return passes > 1 ? sqrtf(spread / ((float)rays * (float)(passes - 1))) : 0;
+    return passes > 1 ? complement[passes] * sqrtf(spread / ((float)rays * (float)(passes - 1)))
+                      : 0;
 }
 
 static void measure_errors(const struct truth *truth, int passes, float *errors,

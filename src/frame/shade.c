@@ -10,7 +10,8 @@
 #include "trace/tracer.h"
 
 #define METER 64           /* pixels each way that the exposure is measured on */
-#define WANTED_LEVEL 0.25f /* of the mean luminance, reached by brightening */
+#define WANTED_LEVEL 0.35f /* of the mean luminance */
+#define EXPOSURE_MINIMUM 0.2f
 #define EXPOSURE_MAXIMUM 5.0f
 #define GLOSS 24          /* exponent of the highlight, */
 #define REFLECTANCE 0.04f /* its strength along the normal: that of most dielectrics */
@@ -103,7 +104,8 @@ static void shade_surface(const struct shading *shading, struct frame_pixel pixe
     }
 }
 
-/* Brighten a dark picture, as an eye would: from the mean luminance of some of its surfaces. */
+/* Brighten a dark picture, dim a glaring one, as an eye would: from the mean luminance of some of
+ * its surfaces. */
 static float choose_exposure(const struct shading *shading)
 {
     const struct cranny_frame *frame = shading->frame;
@@ -119,7 +121,8 @@ static float choose_exposure(const struct shading *shading)
         sum += 0.2126 * (double)color[0] + 0.7152 * (double)color[1] + 0.0722 * (double)color[2];
         seen += 1;
     }
-    return clamp_float((float)(WANTED_LEVEL * seen / fmax(sum, 1e-9)), 1, EXPOSURE_MAXIMUM);
+    return clamp_float((float)(WANTED_LEVEL * seen / fmax(sum, 1e-9)), EXPOSURE_MINIMUM,
+                       EXPOSURE_MAXIMUM);
 }
 
 static void shade_pixel(const struct shading *shading, int x, int y, uint8_t *rgb)

@@ -161,6 +161,7 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
         .bands = max_int(1, p->bands),
         .falloff = p->falloff,
         .cosine = p->cosine,
+        .spread = p->spread,
         .curve = p->curve,
         .facing = p->facing,
         .world = p->kernel == CRANNY_KERNEL_WORLD,

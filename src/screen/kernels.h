@@ -46,7 +46,7 @@ struct screen_constants {
     float fade_begin, fade_scale;
     float filter_tolerance, filter_cosine, footprint;
     int samples, directions, steps, bands;
-    int falloff, cosine, snap, hemisphere, curve, facing, world, mirror, clamp;
+    int falloff, cosine, spread, curve, facing, world, mirror, clamp;
     int noise, anchor;
     uint32_t seed;
     float world_from_view[12];

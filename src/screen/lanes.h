@@ -431,7 +431,7 @@ static inline lane_f exp2_(lane_f x)
 static inline lane_f pow_(lane_f x, float k)
 {
     const lane_f y = exp2_(max_(k * log2_(max_(x, splat(0x1p-100f))), splat(-126.0f)));
-    return select_(less_(x, splat(0x1p-100f)), splat(0.0f), y);
+    return select_(less_(x, splat(0x1p-100f)), splat(0.0f), min_(y, splat(1.0f)));
 }
 
 /* Cosine and sine of `turns` full turns, in [0, 1]; error below 1e-6. */

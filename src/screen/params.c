@@ -45,6 +45,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
            "how occlusion falls with distance: none up to the radius, 1-(d/r)^2, 1-d/r, or "       \
            "(1-(d/r)^2)^2")
 #define COSINE(V) SWITCH(cosine, V, "weigh directions by the cosine, as ambient light does")
+#define SPREAD(V) SWITCH(spread, V, "put more samples near the pixel than far from it")
 #define THICKNESS(V)                                                                               \
     REAL(thickness, "radii", 1e-3, 1e6, V, "how thick what a depth buffer shows is taken to be")
 #define KERNEL(V)                                                                                  \
@@ -85,9 +86,9 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
-    INTENSITY(1),
+    INTENSITY(1.2),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     SAMPLES(64, 16),
     KERNEL(CRANNY_KERNEL_WORLD),
     REAL(kernel_scale, "", 1e-4, 1, 0.01,
@@ -100,38 +101,39 @@ static const struct cranny_param ssao_rows[] = {
     COSINE(1),
     REAL(range_default, "", 0, 1, 0.5,
          "screen kernel: what a sample counts whose surface is far in front"),
-    THICKNESS(1),
+    THICKNESS(0.5),
     SWITCH(curve, 0, "screen kernel: the published amplification a^2 + a"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param hbao_rows[] = {
     RADIUS,
-    INTENSITY(1),
+    INTENSITY(1.1),
     CONTRAST(1),
     DIRECTIONS(64, 4),
     STEPS(4),
     REAL(angle_bias, "degrees", 0, 89, 2, "angle over the tangent plane that does not count"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
+    SPREAD(1),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param crease_rows[] = {
     RADIUS,
     INTENSITY(1),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     KERNEL(CRANNY_KERNEL_WORLD),
     LIMIT(1),
-    REAL(minimum_crease, "", 0, 0.99, 0.05, "cosine towards a neighbour that does not count yet"),
+    REAL(minimum_crease, "", 0, 0.99, 0.1, "cosine towards a neighbour that does not count yet"),
     REAL(crease_scale, "", 0, 100, 1, "factor on the cosine (the article's Bias)"),
-    REAL(averager, "", 0.01, 1000, 12, "what the sum of all 24 neighbours is divided by"),
+    REAL(averager, "", 0.01, 1000, 6, "what the sum of all 24 neighbours is divided by"),
     SWITCH(facing, 0, "count only neighbours that face the pixel, too"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     REAL(bloom_wide, "heights", 0.001, 0.2, 0.03, "deviation of the wide bloom"),
@@ -142,43 +144,45 @@ static const struct cranny_param crease_rows[] = {
     SWITCH(edge_bloom, 1, "bloom within edges only"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param alchemy_rows[] = {
     RADIUS,
-    INTENSITY(1),
+    INTENSITY(0.4),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     SAMPLES(256, 12),
     WHOLE(bands, "bands", 1, 8, 3, "steps in which far surfaces get fewer samples"),
     REAL(band_begin, "pixels", 1, 1e4, 8,
          "projected radius under which the second band begins; each next at half of it"),
-    FALLOFF(CRANNY_FALLOFF_QUADRATIC),
+    FALLOFF(CRANNY_FALLOFF_LINEAR),
+    SPREAD(1),
     REAL(epsilon, "", 1e-8, 1, 0.0004,
          "softening of the distance, as a share of the radius' square"),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param raymarch_rows[] = {
     RADIUS,
     INTENSITY(1),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     DIRECTIONS(64, 16),
     WHOLE(elevations, "rays", 1, 64, 4,
           "rays of each direction; directions times elevations is at most 256"),
     STEPS(24),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
-    THICKNESS(1000),
+    SPREAD(1),
+    THICKNESS(1),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param_table tables[CRANNY_METHOD_COUNT] = {
@@ -203,7 +207,8 @@ static const struct setting ssao_paper[] = {
 static const struct setting hbao_paper[] = {
     {"cosine", "false"},  {"falloff", "quadratic"}, {"border", "clamp"},    {"normals", "face"},
     {"directions", "4"},  {"steps", "4"},           {"intensity", "1"},     {"contrast", "1"},
-    {"angle_bias", "30"}, {"resolution", "half"},   {"filter_radius", "4"}, {NULL, NULL},
+    {"angle_bias", "10"}, {"resolution", "half"},   {"filter_radius", "4"}, {"spread", "false"},
+    {NULL, NULL},
 };
 
 static const struct setting crease_paper[] = {
@@ -215,14 +220,14 @@ static const struct setting crease_paper[] = {
 };
 
 static const struct setting alchemy_paper[] = {
-    {"falloff", "none"},   {"noise", "hash"}, {"border", "clamp"}, {"bias", "0.0001"},
-    {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},   {"filter_radius", "6"},
-    {"epsilon", "0.0004"}, {NULL, NULL},
+    {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"}, {"border", "clamp"},
+    {"bias", "0.0001"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
+    {"filter_radius", "6"}, {"epsilon", "0.0004"}, {NULL, NULL},
 };
 
 static const struct setting raymarch_paper[] = {
     {"cosine", "false"}, {"falloff", "quadratic"}, {"border", "clamp"}, {"normals", "face"},
-    {"intensity", "1"},  {"contrast", "1"},        {NULL, NULL},
+    {"intensity", "1"},  {"contrast", "1"},        {"spread", "false"}, {NULL, NULL},
 };
 
 static const struct setting *const papers[CRANNY_METHOD_COUNT] = {

@@ -31,9 +31,11 @@ static inline lane_f alchemy_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const lane_b active = less_(splat((float)i), count);
         if (!any_(active))
             break;
-        /* Uniform over the disk's area, on a spiral that each pixel turns. */
-        const lane_f area = ((float)i + p.jitter) * per_sample;
-        const lane_f ring = sqrt_(min_(area, one));
+        /* On a spiral that each pixel turns: uniform over the disk's area as published, or over its
+         * radius, each sample then weighted by the area that it stands for. */
+        const lane_f part = min_(((float)i + p.jitter) * per_sample, one);
+        const lane_f ring = K(spread) ? part : sqrt_(part);
+        const lane_f weight = K(spread) ? 2.0f * part : one;
         const lane_f ox = ring * (K(table)[i][0] * p.cosine - K(table)[i][1] * p.sine);
         const lane_f oy = ring * (K(table)[i][0] * p.sine + K(table)[i][1] * p.cosine);
         const struct surface s =
@@ -41,7 +43,7 @@ static inline lane_f alchemy_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const lane_3 v = sub3(s.position, p.position);
         const lane_f vv = dot3(v, v);
         const lane_f vn = max_(dot3(v, p.normal) - bias, zero);
-        const lane_f term = vn / (vv + K(epsilon)) * falloff_(CONSTANTS_PASS vv);
+        const lane_f term = weight * vn / (vv + K(epsilon)) * falloff_(CONSTANTS_PASS vv);
         const lane_b counts = and_(active, s.counts);
         sum = sum + select_(counts, term, zero);
         taken = taken + select_(counts, one, zero);

@@ -59,7 +59,9 @@ static inline lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const lane_f dy = K(table)[d][0] * p.sine + K(table)[d][1] * p.cosine;
         lane_f horizon = zero, within = zero;
         for (int i = 0; i < K(steps); i++) {
-            const lane_f along = ((float)i + p.jitter + 0.5f) * step;
+            /* Even steps as published, or closer ones near the pixel. */
+            const lane_f even = ((float)i + p.jitter + 0.5f) * step;
+            const lane_f along = K(spread) ? even * even : even;
             const struct surface s = read_surface(VIEW_PASS p.x + dx * p.radius_x * along,
                                                   p.y + dy * p.radius_y * along, K(clamp));
             const lane_3 v = sub3(s.position, p.position);

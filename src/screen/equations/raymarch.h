@@ -33,7 +33,9 @@ static inline lane_f raymarch_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         lane_f hit = zero, inside = zero;
         lane_b open = less_(zero, one);
         for (int k = 0; k < K(steps); k++) {
-            const lane_f along = ((float)k + p.jitter) * (step * K(radius));
+            /* Even steps as published, or closer ones near the pixel. */
+            const lane_f even = ((float)k + p.jitter) * step;
+            const lane_f along = (K(spread) ? even * even : even) * K(radius);
             const lane_3 q = add3(p.position, scale3(ray, along));
             lane_f px, py;
             project(VIEW_PASS q, &px, &py);

@@ -1,0 +1,2 @@
+cranny_test(frame LAYERS frame)
+cranny_test(raytrace LAYERS frame TIMEOUT 300)
