@@ -107,6 +107,23 @@ static enum cranny_status check_combinations(const struct render *render, struct
     return CRANNY_OK;
 }
 
+/* Someone who names a picture as the scene forgot an option, and hardly mistook the file. */
+static enum cranny_status check_scene_name(const struct render *render, struct cranny_error *why)
+{
+    static const char *const pictures[] = {".exr", ".pfm", ".png"};
+    char extension[9];
+    if (render->depth.depth)
+        return CRANNY_OK;
+    path_extension(render->input, extension);
+    for (size_t i = 0; i < sizeof pictures / sizeof *pictures; i++)
+        if (strcmp(extension, pictures[i]) == 0)
+            return refuse(why, CRANNY_USAGE,
+                          "%.400s: is a picture, not a scene; did you mean "
+                          "'cranny render --depth %.400s'?",
+                          render->input, render->input);
+    return CRANNY_OK;
+}
+
 static enum cranny_status check_picture(const struct render *render, struct cranny_error *why)
 {
     static const char *const pictures[] = {".png", ".pfm", ".exr", NULL};
@@ -135,7 +152,9 @@ static enum cranny_status check_picture(const struct render *render, struct cran
 /* What can be refused before anything is read. */
 static enum cranny_status check_options(struct render *render, struct cranny_error *why)
 {
-    enum cranny_status status = check_combinations(render, why);
+    enum cranny_status status = check_scene_name(render, why);
+    if (status == CRANNY_OK)
+        status = check_combinations(render, why);
     if (status == CRANNY_OK)
         status = depth_options_check(render->face, &render->depth, &render->view, why);
     if (status == CRANNY_OK)
@@ -279,6 +298,10 @@ int command_render(int argc, char **argv)
         .lacking = "no scene and no --depth given",
         .instead = &render.depth.depth,
     };
+    char command[64];
+    snprintf(command, sizeof command, "render --method %s", render_methods[render.options.method]);
+    if (render.options.method != CRANNY_ALCHEMY)
+        face.command = command;
     render.face = &face;
     choose_parameters(&render, &face);
     int exit = begin_command(&face, &render.ui, argc, argv);

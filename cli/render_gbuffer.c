@@ -112,11 +112,13 @@ static enum cranny_status write_description(const struct render *render, struct 
     const char *path = render->gbuffer_files[FILE_DESCRIPTION];
     json_t *object = description(render);
     char *text = object ? json_dumps(object, JSON_INDENT(2) | JSON_REAL_PRECISION(17)) : NULL;
+    char *lines = text ? join(text, "\n") : NULL;
     json_decref(object);
-    if (!text)
-        return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", path);
-    const enum cranny_status status = cranny_file_write(path, text, strlen(text), why);
     free(text);
+    if (!lines)
+        return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", path);
+    const enum cranny_status status = cranny_file_write(path, lines, strlen(lines), why);
+    free(lines);
     return status;
 }
 
