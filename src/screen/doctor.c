@@ -89,6 +89,8 @@ enum cranny_status depth_values_gather(const struct frame *frame, struct depth_v
         for (int x = 0; x < frame->view.width; x += step)
             count_value(values, frame_depth(frame, x, y));
     qsort(values->sorted, values->count, sizeof *values->sorted, compare_floats);
+    for (size_t i = 0; i < values->count; i++)
+        values->distinct += i == 0 || values->sorted[i] != values->sorted[i - 1];
     if (values->count) {
         values->low = values->sorted[0];
         values->high = values->sorted[values->count - 1];

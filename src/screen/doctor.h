@@ -43,6 +43,7 @@ void depth_found(struct depth_findings *findings, enum cranny_depth_severity sev
 struct depth_values {
     float *sorted; /* finite ones, ascending */
     size_t count;  /* of them */
+    size_t distinct;
     size_t total, nan, endless, negative, zero, one, minus_one;
     float low, high;
     double top_mean, bottom_mean; /* of the picture's upper and lower half */

@@ -1,6 +1,7 @@
 /* The doctor on depth: from what the values look like to what to pass. */
 #include "screen/doctor.h"
 
+#define DISTINCT_MIN 64 /* fewer values may be round by chance */
 #define SKY_SHARE 0.002 /* of the pixels: fewer at the range's very end are no sky */
 
 /* Enough pixels to mean something. */
@@ -38,19 +39,18 @@ static const char *range_words(const struct depth_values *values)
     return values->low < 0 ? "-1 and 1" : "0 and 1";
 }
 
-/* `sure`: planes are straight in it. */
-static void report_device(const struct depth_values *values, bool sure,
+/* `reason`: why it is sure; NULL: it is not. */
+static void report_device(const struct depth_values *values, const char *reason,
                           struct depth_findings *findings)
 {
     const bool reversed = looks_reversed(values);
-    depth_found(
-        findings, sure ? CRANNY_DEPTH_ERROR : CRANNY_DEPTH_WARNING,
-        reversed ? "depth-reversed" : "depth-device",
-        "all depths lie between %s%s, so this is %s device depth as it left the GPU, not metres; "
-        "linearise it with kind CRANNY_DEPTH_DEVICE%s%s and the camera's near and far planes",
-        range_words(values), sure ? " and planes are straight in them" : "",
-        reversed ? "reversed" : "standard", reversed ? ", reversed" : "",
-        values->low < 0 ? ", gl_range" : "");
+    depth_found(findings, reason ? CRANNY_DEPTH_ERROR : CRANNY_DEPTH_WARNING,
+                reversed ? "depth-reversed" : "depth-device",
+                "all depths lie between %s%s, so this is %s device depth as it left the GPU, not "
+                "metres; linearise it with kind CRANNY_DEPTH_DEVICE%s%s and the camera's near and "
+                "far planes",
+                range_words(values), reason ? reason : "", reversed ? "reversed" : "standard",
+                reversed ? ", reversed" : "", values->low < 0 ? ", gl_range" : "");
 }
 
 static void report_logarithmic(const struct depth_values *values, bool reversed, double shape,
@@ -114,7 +114,7 @@ static bool check_unit_linear(const struct frame *frame, const struct depth_valu
         return false;
     }
     report_normalized(parallel ? CRANNY_DEPTH_WARNING : CRANNY_DEPTH_NOTE, 0, findings);
-    return true;
+    return !parallel;
 }
 
 static void check_unit_unknown(const struct depth_values *values, struct depth_findings *findings)
@@ -122,10 +122,11 @@ static void check_unit_unknown(const struct depth_values *values, struct depth_f
     const bool sky =
         many(values->one, values) || many(values->minus_one, values) || many(values->zero, values);
     const float median = values->sorted[values->count / 2];
-    if (values->low < 0 && values->high <= 0)
+    const bool far_end = many(values->minus_one, values) || median < -0.8f;
+    if (values->low < 0 && values->high <= 0 && !far_end)
         report_negative(values, findings);
     else if (!values->endless && (sky || median > 0.8f || values->low < 0))
-        report_device(values, false, findings);
+        report_device(values, sky && values->quantum > 0 ? " in 8 or 16 bits" : NULL, findings);
     else
         report_normalized(values->endless ? CRANNY_DEPTH_NOTE : CRANNY_DEPTH_WARNING, 0, findings);
 }
@@ -136,7 +137,7 @@ static bool check_unit(const struct frame *frame, const struct depth_values *val
 {
     switch (reading) {
     case READING_DEVICE:
-        report_device(values, true, findings);
+        report_device(values, " and planes are straight in them", findings);
         return false;
     case READING_LOGARITHMIC:
     case READING_LOGARITHMIC_REVERSED:
@@ -170,13 +171,10 @@ static void check_projection(const struct frame *frame, enum depth_reading readi
 
 static bool whole_numbers(const struct depth_values *values)
 {
-    size_t distinct = 0;
-    for (size_t i = 0; i < values->count; i++) {
+    for (size_t i = 0; i < values->count; i++)
         if (values->sorted[i] != rintf(values->sorted[i]))
             return false;
-        distinct += i > 0 && values->sorted[i] != values->sorted[i - 1];
-    }
-    return distinct >= 64;
+    return true;
 }
 
 static void check_scale(const struct frame *frame, const struct depth_values *values,
@@ -185,7 +183,7 @@ static void check_scale(const struct frame *frame, const struct depth_values *va
     const double median = (double)depth_quantile(frame, values, 0.5);
     if (!(median > 0))
         return;
-    if (median > 100 && whole_numbers(values))
+    if (median > 100 && values->distinct >= DISTINCT_MIN && whole_numbers(values))
         depth_found(findings, CRANNY_DEPTH_WARNING, "depth-scale",
                     "all depths are whole numbers around %.4g, as sensors and 16-bit pictures "
                     "store millimetres; multiply by 0.001, or by what one step stands for",
@@ -278,7 +276,7 @@ enum cranny_status depth_check(struct frame *frame, const struct depth_values *v
     *usable =
         values->low < -1 || values->high > 1 || check_unit(frame, values, reading, shape, findings);
     if (!*usable) {
-        if (values->quantum > 0)
+        if (values->quantum > 0 && values->distinct >= DISTINCT_MIN)
             report_quantum(values, findings);
         return CRANNY_OK;
     }
@@ -289,6 +287,8 @@ enum cranny_status depth_check(struct frame *frame, const struct depth_values *v
     check_scale(frame, values, findings);
     check_sky(values, findings);
     depth_steps_find(frame, values, step);
+    if (values->half && values->distinct >= DISTINCT_MIN && !whole_numbers(values))
+        *step = fmax(*step, 0x1p-11);
     if (*step > 0)
         report_steps(frame, values, *step, findings);
     return CRANNY_OK;

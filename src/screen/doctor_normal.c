@@ -7,12 +7,14 @@
 
 #define PAIRS_MAX 40000
 #define PAIRS_MIN 64
+#define CELLS 5        /* a side of the cube of directions */
 #define COS_CLOSE 0.97 /* a normal that agrees: within 14 degrees */
 #define COS_ROUGH 0.85 /* one that is smoothed or bent by a normal map: 32 degrees */
 
 /* A stored normal and the one that depth has there. */
 struct pair {
     double stored[3], seen[3], toward[3]; /* `toward`: unit, from the surface to the camera */
+    double weight;
 };
 
 struct pairs {
@@ -227,6 +229,28 @@ static bool seen_normal(const struct frame *frame, int x, int y, int reach, stru
            dot(pair->seen, pair->toward) > 0.1;
 }
 
+/* Directions as cells of a cube. */
+static int cell_of(const double n[3])
+{
+    int cell = 0;
+    for (int k = 0; k < 3; k++)
+        cell = cell * CELLS + (int)lrint((n[k] + 1) * 0.5 * (CELLS - 1));
+    return cell;
+}
+
+/* Each direction counts alike: a floor that fills the picture says little about x. Rare ones are
+ * edges that slipped through, and count nothing. */
+static void weigh(struct pairs *pairs)
+{
+    size_t counts[CELLS * CELLS * CELLS] = {0};
+    for (size_t i = 0; i < pairs->count; i++)
+        counts[cell_of(pairs->items[i].seen)]++;
+    for (size_t i = 0; i < pairs->count; i++) {
+        const size_t count = counts[cell_of(pairs->items[i].seen)];
+        pairs->items[i].weight = 200 * count >= pairs->count ? 1.0 / (double)count : 0;
+    }
+}
+
 /* `mirror`: the normals' rows are taken from the bottom up. */
 static void gather_pairs(const struct frame *frame, enum mend mend, int reach, bool mirror,
                          struct pairs *pairs)
@@ -242,6 +266,7 @@ static void gather_pairs(const struct frame *frame, enum mend mend, int reach, b
             read_normal(frame, mend, x, mirror ? height - 1 - y : y, pair->stored);
             pairs->count += unit_length(pair->stored);
         }
+    weigh(pairs);
 }
 
 static void apply(double m[3][3], const double v[3], double out[3])
@@ -253,13 +278,15 @@ static void apply(double m[3][3], const double v[3], double out[3])
 /* The share of pairs that a matrix brings together. */
 static double agreement(const struct pairs *pairs, double m[3][3], double cosine)
 {
-    size_t good = 0;
+    double good = 0, all = 0;
     for (size_t i = 0; i < pairs->count; i++) {
+        const double weight = pairs->items[i].weight;
         double turned[3];
         apply(m, pairs->items[i].stored, turned);
-        good += dot(turned, pairs->items[i].seen) > cosine;
+        good += dot(turned, pairs->items[i].seen) > cosine ? weight : 0;
+        all += weight;
     }
-    return pairs->count ? (double)good / (double)pairs->count : 0;
+    return all > 0 ? good / all : 0;
 }
 
 /* Which axis feeds each of x, y, z; identity first, then what swaps two, then what turns all. */
@@ -348,7 +375,8 @@ static double best_rotation(const struct pairs *pairs, double sign, double m[3][
             const struct pair *pair = &pairs->items[i];
             double turned[3];
             apply(m, pair->stored, turned);
-            const double weight = round ? 0.02 / (1.02 - dot(turned, pair->seen)) : 1;
+            const double weight =
+                pair->weight * (round ? 0.02 / (1.02 - dot(turned, pair->seen)) : 1);
             total += weight;
             for (int a = 0; a < 3; a++)
                 for (int b = 0; b < 3; b++)
@@ -425,7 +453,9 @@ static bool view_from_world(const struct frame *frame, double m[3][3])
 static bool explain(const struct frame *frame, const struct pairs *pairs, double identity,
                     struct depth_findings *findings)
 {
+    /* a change of axes that leaves few of the misfits is one even when most things fit before */
     const double needed = fmax(0.6, identity + 0.25);
+    const double needed_axes = fmax(0.6, fmin(identity + 0.25, 1 - 0.4 * (1 - identity)));
     double world[3][3], turned[3][3], mirrored[3][3], share;
     int order = 0, flip = 0;
     if (view_from_world(frame, world) && (share = agreement(pairs, world, COS_CLOSE)) >= needed) {
@@ -436,7 +466,7 @@ static bool explain(const struct frame *frame, const struct pairs *pairs, double
     const double by_axes = best_axes(pairs, &order, &flip);
     const double by_turn = best_rotation(pairs, 1, turned);
     const double by_mirror = best_rotation(pairs, -1, mirrored);
-    if (by_axes >= needed && by_axes >= fmax(by_turn, by_mirror) - 0.1) {
+    if (by_axes >= needed_axes && by_axes >= fmax(by_turn, by_mirror) - 0.1) {
         report_axes(order, flip, by_axes, identity, findings);
         return true;
     }
@@ -482,8 +512,10 @@ static void compare(const struct frame *frame, enum mend mend, int reach, bool c
                     "have them reconstructed");
         return;
     }
-    if (close >= 0.75 || explain(frame, pairs, close, findings)) {
-        if (close >= 0.75 && away > 0.05)
+    if (close < 0.92 && explain(frame, pairs, close, findings))
+        return;
+    if (close >= 0.75) {
+        if (away > 0.05)
             depth_found(findings, CRANNY_DEPTH_WARNING, "normal-sign",
                         "%.0f %% of the normals point away from the camera; turn those of back "
                         "faces round",

@@ -8,6 +8,9 @@
 #define STEP_LEAST 1e-4 /* of the depth: 24 bits stay below it where they do no harm */
 #define STEP_MOST 0.1   /* of the depth: beyond, it is an edge */
 #define STEPS_KEPT 65536
+#define STEPS_MIN 30
+#define STEPS_APART 24     /* different depths with a step: a few are edges between walls */
+#define STAIRS_SHARE 0.015 /* of the slopes; whole buffers of 16 bits come to 0.04 and more */
 
 static size_t lower_bound(const float *sorted, size_t count, float value)
 {
@@ -53,19 +56,38 @@ static enum triple_kind classify(const struct frame *frame, const struct depth_v
     return adjacent(values, frame->sign * b, other) ? TRIPLE_STAIR : TRIPLE_NONE;
 }
 
-static int compare_floats(const void *a, const void *b)
+struct stair {
+    float depth, size;
+};
+
+static int compare_depths(const void *a, const void *b)
 {
-    const float x = *(const float *)a, y = *(const float *)b;
-    return (x > y) - (x < y);
+    const struct stair *x = a, *y = b;
+    return (x->depth > y->depth) - (x->depth < y->depth);
+}
+
+static int compare_sizes(const void *a, const void *b)
+{
+    const struct stair *x = a, *y = b;
+    return (x->size > y->size) - (x->size < y->size);
+}
+
+static size_t depths_apart(struct stair *stairs, size_t count)
+{
+    size_t apart = count > 0;
+    qsort(stairs, count, sizeof *stairs, compare_depths);
+    for (size_t i = 1; i < count; i++)
+        apart += stairs[i].depth != stairs[i - 1].depth;
+    return apart;
 }
 
 void depth_steps_find(const struct frame *frame, const struct depth_values *values,
                       double *relative)
 {
-    float *steps = alloc_array(STEPS_KEPT, sizeof *steps);
-    size_t kept = 0, slopes = 0, seen = 0;
+    struct stair *stairs = alloc_array(STEPS_KEPT, sizeof *stairs);
+    size_t kept = 0, slopes = 0;
     *relative = 0;
-    if (!steps)
+    if (!stairs)
         return;
     const int width = frame->view.width, height = frame->view.height, step = 2 * frame->step;
     for (int y = 1; y < height - 1; y += step)
@@ -73,14 +95,14 @@ void depth_steps_find(const struct frame *frame, const struct depth_values *valu
             for (int k = 0; k < 2; k++) {
                 double size = 0;
                 const enum triple_kind kind = classify(frame, values, x, y, !k, k, &size);
-                seen++;
                 slopes += kind == TRIPLE_SLOPE;
                 if (kind == TRIPLE_STAIR && kept < STEPS_KEPT)
-                    steps[kept++] = (float)size;
+                    stairs[kept++] = (struct stair){frame_depth(frame, x, y), (float)size};
             }
-    if (kept > 30 && 200 * kept > seen && 3 * kept > slopes) {
-        qsort(steps, kept, sizeof *steps, compare_floats);
-        *relative = (double)steps[kept / 2];
+    if (kept >= STEPS_MIN && (double)kept > STAIRS_SHARE * (double)slopes &&
+        depths_apart(stairs, kept) >= STEPS_APART) {
+        qsort(stairs, kept, sizeof *stairs, compare_sizes);
+        *relative = (double)stairs[kept / 2].size;
     }
-    free(steps);
+    free(stairs);
 }

@@ -10,6 +10,8 @@
 #define TRIPLES_MAX 60000
 #define TOLERANCE 0.1 /* of what linear and device depth differ by */
 #define VOTES_MIN 60
+#define SHARE_MIN 0.08    /* of the triples: curved surfaces alone come to 0.02 */
+#define SHARE_FITTED 0.15 /* for a reading with a parameter to fit */
 
 struct triple {
     double a, b, c;
@@ -170,7 +172,8 @@ static void decide(const struct triple *triples, size_t count, bool unit, bool p
         if (i != best && sums[i] > second)
             second = sums[i];
     const bool ahead = best >= 2 || most > 2 * second;
-    const bool clear = most >= VOTES_MIN && 50 * most >= count && ahead;
+    const double share = best >= 2 ? SHARE_FITTED : SHARE_MIN;
+    const bool clear = most >= VOTES_MIN && (double)most >= share * (double)count && ahead;
     *verdict = clear ? readings[best] : (struct reading){READING_UNKNOWN, 0};
 }
 
