@@ -48,6 +48,7 @@ enum cranny_status load_scene(struct ui *ui, const char *path, const struct load
     params.allow_outside = options->allow_outside;
     params.scene = options->scene;
     params.memory_limit_bytes = options->memory_limit_bytes;
+    params.colors = options->colors;
     params.hooks = &ui->hooks;
     enum cranny_status status = cranny_scene_load(path, &params, scene, why);
     if (status == CRANNY_OK && ui_interrupted()) {

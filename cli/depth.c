@@ -39,8 +39,9 @@ static const struct option depth_rows[] = {
      .type = OPTION_CHOICE,
      DEPTH_ROW(range),
      .choices = range_names,
-     .help = "values of normalized, device and logarithmic depth run 0 to 1 (d3d, default) or -1 "
-             "to 1 (gl)"},
+     .help =
+         "values of normalized, device and logarithmic depth run 0 to 1 (d3d, default; also what "
+         "is read back from OpenGL) or -1 to 1 (gl: z over w in a shader of OpenGL's)"},
     {.name = "reversed",
      .type = OPTION_FLAG,
      DEPTH_ROW(reversed),
@@ -225,6 +226,10 @@ static bool has_few_bits(const struct cranny_image *image)
 static enum cranny_status check_integers(const struct depth_options *options,
                                          const struct cranny_image *image, struct cranny_error *why)
 {
+    if (image->integers && options->range == 1)
+        return refuse(why, CRANNY_INPUT,
+                      "%.900s: holds integers, which run 0 to 1; leave out --depth-range gl",
+                      options->depth);
     if (!image->integers || !is_stored_in_metres(options) || options->scale != 0)
         return CRANNY_OK;
     return refuse(why, CRANNY_INPUT,

@@ -167,6 +167,7 @@ enum cranny_status render_draw(struct render *render, struct cranny_error *why)
     params.threads = render->options.method == RENDER_RAYTRACE ? render->raytrace.threads
                                                                : render->screen.threads;
     params.hooks = &render->ui.hooks;
+    render->load.colors = render->options.lit;
     const double begin_s = clock_s();
     enum cranny_status status =
         load_scene(&render->ui, render->input, &render->load, &render->scene, why);

@@ -209,6 +209,9 @@ static void test_broken(const struct cranny_image *depth)
     check_broken("nowhere.exr", "nowhere.exr", NULL);
     check_broken("cut.exr", "frame-depth.exr", "cut.exr");
     check_broken("pass --depth-scale 65.535", "grey.png", NULL);
+    check_failure(run("render", "--depth", "grey.png", "--depth-kind=device", "--near=1",
+                      "--reversed", "--depth-range=gl", NULL),
+                  3, "leave out --depth-range gl");
     check_failure(run("render", "--depth", "nan.pfm", VIEW, "-q", NULL), 3, "nan.pfm");
     struct result result = run("check", "--depth", "nan.pfm", VIEW, NULL);
     CHECK_EXIT(result, 3);
