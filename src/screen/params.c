@@ -156,7 +156,7 @@ static const struct cranny_param alchemy_rows[] = {
     WHOLE(bands, "bands", 1, 8, 3, "steps in which far surfaces get fewer samples"),
     REAL(band_begin, "pixels", 1, 1e4, 8,
          "projected radius under which the second band begins; each next at half of it"),
-    FALLOFF(CRANNY_FALLOFF_LINEAR),
+    FALLOFF(CRANNY_FALLOFF_SMOOTH),
     SPREAD(1),
     REAL(epsilon, "", 1e-8, 1, 0.0004,
          "softening of the distance, as a share of the radius' square"),

@@ -43,7 +43,8 @@ static inline lane_f alchemy_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const lane_3 v = sub3(s.position, p.position);
         const lane_f vv = dot3(v, v);
         const lane_f vn = max_(dot3(v, p.normal) - bias, zero);
-        const lane_f term = weight * vn / (vv + K(epsilon)) * falloff_(CONSTANTS_PASS vv);
+        const lane_f term = weight * vn / (vv + K(epsilon)) *
+                            falloff_(CONSTANTS_PASS vv, K(falloff) == 2 ? sqrt_(vv) : vv);
         const lane_b counts = and_(active, s.counts);
         sum = sum + select_(counts, term, zero);
         taken = taken + select_(counts, one, zero);

@@ -22,10 +22,11 @@ static inline lane_f crease_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const struct surface s = read_surface(VIEW_PASS p.x + ox, p.y + oy, K(clamp));
         const lane_3 v = sub3(s.position, p.position);
         const lane_f vv = dot3(v, v);
-        const lane_f inverse = 1.0f / sqrt_(max_(vv, splat(1e-30f)));
+        const lane_f distance = sqrt_(max_(vv, splat(1e-30f)));
+        const lane_f inverse = 1.0f / distance;
         const lane_f facing = (dot3(v, p.normal) - bias) * inverse;
-        lane_f term =
-            saturate_((facing - K(minimum_crease)) * K(crease_scale)) * falloff_(CONSTANTS_PASS vv);
+        lane_f term = saturate_((facing - K(minimum_crease)) * K(crease_scale)) *
+                      falloff_(CONSTANTS_PASS vv, distance);
         if (K(facing)) {
             const lane_3 n = READ_NORMAL(s.index);
             term = term * saturate_(-dot3(v, n) * inverse);

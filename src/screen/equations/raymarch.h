@@ -45,7 +45,7 @@ static inline lane_f raymarch_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
             lane_b met = and_(less_(s.depth, -q.z), less_(bias, dot3(v, p.normal)));
             met = and_(and_(met, open), and_(s.counts, less_(vv, splat(K(radius2)))));
             met = and_(met, less_(-q.z - s.depth, splat(K(thickness))));
-            hit = select_(met, falloff_(CONSTANTS_PASS vv), hit);
+            hit = select_(met, falloff_(CONSTANTS_PASS vv, sqrt_(vv)), hit);
             open = and_(open, not_(met));
             inside = max_(inside, select_(s.counts, one, zero));
             if (!any_(open))

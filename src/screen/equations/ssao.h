@@ -76,7 +76,7 @@ static inline lane_f ssao_hemisphere(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const lane_f behind = -q.z - s.depth; /* the sample, behind the surface */
         const lane_b solid = and_(less_(zero, behind), less_(bias, dot3(v, p.normal)));
         /* The range check: surfaces are as thick as `thickness`. */
-        const lane_f range = saturate_((behind - K(thickness)) / K(thickness));
+        const lane_f range = saturate_(behind * (1.0f / K(thickness)) - 1.0f);
         const lane_f closed = select_(solid, 1.0f - range, zero);
         const lane_b counts = and_(s.counts, less_(splat(1e-6f), -q.z));
         sum = sum + select_(counts, closed, zero);

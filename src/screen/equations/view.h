@@ -55,13 +55,14 @@ static inline struct surface read_surface(VIEW_ARG lane_f x, lane_f y, int clamp
 /* Where a point of view space lies in the picture. */
 static inline void project(VIEW_ARG lane_3 p, lane_f *x, lane_f *y)
 {
-    const lane_f w = view_w(VIEW_PASS max_(-p.z, splat(1e-6f)));
-    *x = clamp_((p.x / w - VIEW(shift_x)) / VIEW(scale_x), -1e6f, 1e6f);
-    *y = clamp_((p.y / w - VIEW(shift_y)) / VIEW(scale_y), -1e6f, 1e6f);
+    const lane_f inverse = 1.0f / view_w(VIEW_PASS max_(-p.z, splat(1e-6f)));
+    const float ix = 1.0f / VIEW(scale_x), iy = 1.0f / VIEW(scale_y);
+    *x = clamp_((p.x * inverse - VIEW(shift_x)) * ix, -1e6f, 1e6f);
+    *y = clamp_((p.y * inverse - VIEW(shift_y)) * iy, -1e6f, 1e6f);
 }
 
-/* How much an occluder at squared distance `d2` counts; enum cranny_falloff. */
-static inline lane_f falloff_(CONSTANTS_ARG lane_f d2)
+/* How much an occluder at distance `d`, squared `d2`, counts; enum cranny_falloff. */
+static inline lane_f falloff_(CONSTANTS_ARG lane_f d2, lane_f d)
 {
     const lane_f q = d2 * (K(inverse_radius) * K(inverse_radius));
     if (K(falloff) == 0)
@@ -69,7 +70,7 @@ static inline lane_f falloff_(CONSTANTS_ARG lane_f d2)
     if (K(falloff) == 1)
         return max_(1.0f - q, splat(0.0f));
     if (K(falloff) == 2)
-        return max_(1.0f - sqrt_(q), splat(0.0f));
+        return max_(1.0f - d * K(inverse_radius), splat(0.0f));
     const lane_f s = max_(1.0f - q, splat(0.0f));
     return s * s;
 }
