@@ -31,10 +31,12 @@ static inline lane_f alchemy_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
         const lane_b active = less_(splat((float)i), count);
         if (!any_(active))
             break;
-        /* On a spiral that each pixel turns: uniform over the disk's area as published, or over its
-         * radius, each sample then weighted by the area that it stands for. */
+        /* On a spiral that each pixel turns. Uniform over the disk's area as published; or
+         * `spread`: more of them near the pixel, each weighted by the solid angle dA / d² that its
+         * ring of the disk stands for instead of by its area, which is what eq. 6 integrates over.
+         */
         const lane_f part = min_(((float)i + p.jitter) * per_sample, one);
-        const lane_f ring = K(spread) ? part : sqrt_(part);
+        const lane_f ring = K(spread) ? part * part : sqrt_(part);
         const lane_f weight = K(spread) ? 2.0f * part : one;
         const lane_f ox = ring * (K(table)[i][0] * p.cosine - K(table)[i][1] * p.sine);
         const lane_f oy = ring * (K(table)[i][0] * p.sine + K(table)[i][1] * p.cosine);

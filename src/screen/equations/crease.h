@@ -4,7 +4,7 @@
  * saturate((dot(v/|v|, n) − minimum) × bias) × (1 − saturate(|v| / range)), and `averager` divides.
  *
  * Departures: the kernel is scaled with the picture's height (paper) or spans the projected radius
- * and is turned per pixel (`world`), so that the look does not change with resolution. */
+ * and is turned and sized per pixel (`world`), so that the look does not change with resolution. */
 
 /* table[i]: offset in units of the kernel. */
 static inline lane_f crease_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
@@ -15,7 +15,8 @@ static inline lane_f crease_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
     for (int i = 0; i < K(samples); i++) {
         lane_f ox = splat(K(table)[i][0] * K(kernel_x)), oy = splat(K(table)[i][1] * K(kernel_y));
         if (K(world)) {
-            const lane_f size = 0.75f + 0.5f * p.jitter;
+            /* Of all sizes, small ones more often: contacts are what creases are. */
+            const lane_f size = 0.05f + p.jitter * p.jitter;
             ox = p.radius_x * size * (K(table)[i][0] * p.cosine - K(table)[i][1] * p.sine);
             oy = p.radius_y * size * (K(table)[i][0] * p.sine + K(table)[i][1] * p.cosine);
         }

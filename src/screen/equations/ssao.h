@@ -68,7 +68,8 @@ static inline lane_f ssao_hemisphere(VIEW_ARG CONSTANTS_ARG struct pixel p)
             o = scale3(o, select_(less_(dot3(o, p.normal), zero), -one, one));
         }
         const lane_f part = K(table)[i][3] + p.jitter * (1.0f / (float)K(samples));
-        const lane_3 q = add3(p.position, scale3(o, part * K(radius)));
+        const lane_f length = K(spread) ? part * part : part;
+        const lane_3 q = add3(p.position, scale3(o, length * K(radius)));
         lane_f x, y;
         project(VIEW_PASS q, &x, &y);
         const struct surface s = read_surface(VIEW_PASS x, y, K(clamp));
