@@ -59,12 +59,12 @@ static void ssao_screen_table(struct screen_constants *c, const struct cranny_sc
 static void ssao_world_table(struct screen_constants *c, const struct cranny_screen_params *p)
 {
     const int n = p->samples;
+    int stride = max_int(1, (int)(n * GOLDEN_RATIO_FRACTION));
+    while (greatest_divisor(stride, n) != 1)
+        stride++;
     for (int i = 0; i < n; i++) {
         const double z = 1 - (2 * i + 1.0) / n, ring = sqrt(1 - z * z);
         const double angle = 2 * PI * fraction(i * GOLDEN_RATIO_FRACTION);
-        int stride = max_int(1, (int)(n * GOLDEN_RATIO_FRACTION));
-        while (greatest_divisor(stride, n) != 1)
-            stride++;
         set_row(c, i, ring * cos(angle), ring * sin(angle), z, (double)(i * stride % n) / n);
     }
 }

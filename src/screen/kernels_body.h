@@ -2,6 +2,12 @@
 #include "screen/kernels.h"
 #include "screen/lanes.h"
 
+/* What the equations leave to the language; glsl.h has the other half. */
+#define FUNCTION static inline
+#define RECORD(NAME) typedef struct NAME NAME;
+#define float_(X) ((float)(X))
+#define int_(X) ((int32_t)(X))
+#define ON(field) (constants->field != 0)
 #define VIEW_ARG const struct canvas *canvas,
 #define VIEW_PASS canvas,
 #define VIEW(field) (canvas->field)

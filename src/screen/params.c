@@ -71,7 +71,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
         CHOICE(filter, filter_names, FILTER, "what takes the noise out"),                          \
         WHOLE(filter_radius, "pixels", 1, FILTER_RADIUS_MAX, REACH,                                \
               "reach of the bilateral filter: 6 makes 13 taps each way"),                          \
-        REAL(filter_depth, "radii", 1e-6, 1e3, 0.05,                                                \
+        REAL(filter_depth, "radii", 1e-6, 1e3, 0.05,                                               \
              "distance from each other's plane at which surfaces are apart for the filters"),      \
         REAL(filter_normal, "", -1, 0.999, 0.6,                                                    \
              "cosine of the angle at which surfaces are apart for the filters"),                   \

@@ -45,9 +45,8 @@ static bool allocate(struct canvas *canvas, struct cranny_workspace *workspace, 
     return true;
 }
 
-static void fill(float *row, const struct canvas *canvas, int from, int to, float value)
+static void fill(float *row, int from, int to, float value)
 {
-    (void)canvas;
     for (int x = from; x < to; x++)
         row[x] = value;
 }
@@ -59,12 +58,12 @@ static void fill_halo(const struct canvas *canvas, int y)
     const bool outside = y < 0 || y >= canvas->height;
     const ptrdiff_t at = canvas_index(canvas, 0, y);
     const int right = outside ? -HALO_COLUMNS : canvas->width;
-    fill(canvas->depth + at, canvas, -HALO_COLUMNS, 0, SKY_DEPTH);
-    fill(canvas->depth + at, canvas, right, end, SKY_DEPTH);
+    fill(canvas->depth + at, -HALO_COLUMNS, 0, SKY_DEPTH);
+    fill(canvas->depth + at, right, end, SKY_DEPTH);
     for (int i = 0; i < 3; i++) {
         const float value = i == 2 ? 1 : 0;
-        fill(canvas->normal[i] + at, canvas, -HALO_COLUMNS, 0, value);
-        fill(canvas->normal[i] + at, canvas, right, end, value);
+        fill(canvas->normal[i] + at, -HALO_COLUMNS, 0, value);
+        fill(canvas->normal[i] + at, right, end, value);
     }
 }
 
@@ -77,8 +76,8 @@ float *canvas_plane(const struct canvas *canvas, struct cranny_workspace *worksp
     const int end = (int)canvas->stride - HALO_COLUMNS;
     for (int y = -HALO_ROWS; y < canvas->height + HALO_ROWS; y++) {
         float *row = plane + canvas_index(canvas, 0, y);
-        fill(row, canvas, -HALO_COLUMNS, 0, 1);
-        fill(row, canvas, canvas->width, end, 1);
+        fill(row, -HALO_COLUMNS, 0, 1);
+        fill(row, canvas->width, end, 1);
     }
     return plane;
 }

@@ -13,7 +13,7 @@
  */
 
 /* Eq. 6.2.9's bracket. `v`: to the sample, `inverse`: 1 over its length. */
-static inline lane_f hbao_height(CONSTANTS_ARG struct pixel p, lane_3 v, lane_f inverse)
+FUNCTION lane_f hbao_height(CONSTANTS_ARG pixel p, lane_3 v, lane_f inverse)
 {
     const lane_f flat2 = max_(v.x * v.x + v.y * v.y, splat(1e-30f));
     const lane_f sine = v.z * inverse;
@@ -27,8 +27,8 @@ static inline lane_f hbao_height(CONSTANTS_ARG struct pixel p, lane_3 v, lane_f 
 }
 
 /* G, see above. `view`: unit, to the camera; `nv` = n·view. */
-static inline lane_f hbao_cosine_height(CONSTANTS_ARG struct pixel p, lane_3 view, lane_f nv,
-                                        lane_3 v, lane_f inverse)
+FUNCTION lane_f hbao_cosine_height(CONSTANTS_ARG pixel p, lane_3 view, lane_f nv, lane_3 v,
+                                   lane_f inverse)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f), tiny = splat(1e-12f);
     const lane_f q = dot3(p.normal, v) * inverse;
@@ -48,11 +48,11 @@ static inline lane_f hbao_cosine_height(CONSTANTS_ARG struct pixel p, lane_3 vie
 
 /* Sum over all directions, for one of the two integrals. table[i]: cosine and sine of direction i.
  */
-static inline lane_f hbao_sum(VIEW_ARG CONSTANTS_ARG struct pixel p, lane_3 view, const int cosine)
+FUNCTION lane_f hbao_sum(VIEW_ARG CONSTANTS_ARG pixel p, lane_3 view, const int cosine)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f);
     const lane_f nv = dot3(p.normal, view);
-    const float step = 1.0f / (float)(K(steps) + 1);
+    const float step = 1.0f / float_(K(steps) + 1);
     lane_f sum = zero, taken = zero;
     for (int d = 0; d < K(directions); d++) {
         const lane_f dx = p.radius_x * (K(table)[d][0] * p.cosine - K(table)[d][1] * p.sine);
@@ -60,14 +60,13 @@ static inline lane_f hbao_sum(VIEW_ARG CONSTANTS_ARG struct pixel p, lane_3 view
         lane_f horizon = zero, within = zero;
         for (int i = 0; i < K(steps); i++) {
             /* Even steps as published, or closer ones near the pixel. */
-            const lane_f even = ((float)i + p.jitter + 0.5f) * step;
-            const lane_f along = K(spread) ? even * even : even;
-            const struct surface s =
-                read_surface(VIEW_PASS p.x + dx * along, p.y + dy * along, K(clamp));
+            const lane_f even = (float_(i) + p.jitter + 0.5f) * step;
+            const lane_f along = ON(spread) ? even * even : even;
+            const surface s = read_surface(VIEW_PASS p.x + dx * along, p.y + dy * along, K(clamp));
             const lane_3 v = sub3(s.position, p.position);
             const lane_f vv = dot3(v, v);
             const lane_f inverse = 1.0f / sqrt_(max_(vv, splat(1e-30f)));
-            const lane_f height = cosine
+            const lane_f height = cosine != 0
                                       ? hbao_cosine_height(CONSTANTS_PASS p, view, nv, v, inverse)
                                       : hbao_height(CONSTANTS_PASS p, v, inverse);
             const lane_f rise = max_(height - horizon, zero);
@@ -83,13 +82,13 @@ static inline lane_f hbao_sum(VIEW_ARG CONSTANTS_ARG struct pixel p, lane_3 view
     return sum / max_(taken, one);
 }
 
-static inline lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
+FUNCTION lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG pixel p)
 {
     const lane_f zero = splat(0.0f);
     const lane_f away = sqrt_(max_(dot3(p.position, p.position), splat(1e-30f)));
     const lane_3 view =
-        VIEW(orthographic) ? vec3_(zero, zero, splat(1.0f)) : scale3(p.position, -1.0f / away);
-    if (K(cosine))
+        VIEW(orthographic) != 0 ? vec3_(zero, zero, splat(1.0f)) : scale3(p.position, -1.0f / away);
+    if (ON(cosine))
         return finish_(CONSTANTS_PASS hbao_sum(VIEW_PASS CONSTANTS_PASS p, view, 1));
     return finish_(CONSTANTS_PASS hbao_sum(VIEW_PASS CONSTANTS_PASS p, view, 0));
 }
