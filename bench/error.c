@@ -117,22 +117,54 @@ static enum cranny_status run_view(const struct view *view, struct view_stage *s
     return status;
 }
 
-static void print_cells(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS],
-                        const struct options *o)
+static void print_lines(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS])
 {
-    const char *bar = o->markdown ? "| " : "", *end = o->markdown ? " |" : "";
     for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
         for (int k = 0; k < PRESETS; k++) {
             const struct cell *c = &cells[m][k];
-            if (!c->count)
-                continue;
             const double n = c->count;
-            printf(o->markdown
-                       ? "%s%s | %s | %s | %.2f | %.2f | %.4f | %.4f | %+.4f | %.1f%s\n"
-                       : "%s%-16s %-9s %-10s %7.3f %7.3f  rmse %.4f %.4f  bias %+.4f  %6.1f ms%s\n",
-                   bar, title, cranny_method_name((enum cranny_method)m), presets[k], c->sum[1] / n,
-                   c->sum[0] / n, c->rmse[1] / n, c->rmse[0] / n, c->mean[0] / n, c->ms / n, end);
+            if (c->count)
+                printf("%-16s %-9s %-10s %7.3f %7.3f  rmse %.4f %.4f  bias %+.4f  %6.1f ms\n",
+                       title, cranny_method_name((enum cranny_method)m), presets[k], c->sum[1] / n,
+                       c->sum[0] / n, c->rmse[1] / n, c->rmse[0] / n, c->mean[0] / n, c->ms / n);
         }
+}
+
+/* A row a preset: each method's error raw and filtered, and in brackets the filtered rmse. */
+static void print_rows(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS])
+{
+    for (int k = 0; k < PRESETS; k++) {
+        printf("| %s | %s |", title, presets[k]);
+        for (int m = 0; m < CRANNY_METHOD_COUNT; m++) {
+            const struct cell *c = &cells[m][k];
+            if (c->count)
+                printf(" %.2f → %.2f (%.3f) |", c->sum[1] / c->count, c->sum[0] / c->count,
+                       c->rmse[0] / c->count);
+            else
+                printf(" |");
+        }
+        printf("\n");
+    }
+}
+
+static void print_cells(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS],
+                        const struct options *o)
+{
+    if (o->markdown)
+        print_rows(title, cells);
+    else
+        print_lines(title, cells);
+}
+
+static void print_head(void)
+{
+    printf("| view | preset |");
+    for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
+        printf(" %s |", cranny_method_name((enum cranny_method)m));
+    printf("\n|---|---|");
+    for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
+        printf("---|");
+    printf("\n");
 }
 
 static void add_cells(struct cell to[CRANNY_METHOD_COUNT][PRESETS],
@@ -207,8 +239,7 @@ int main(int argc, char **argv)
     enum cranny_status status = CRANNY_OK;
     int seen = 0;
     if (o.markdown)
-        printf("| view | method | preset | error raw | error filtered | rmse raw | rmse filtered | "
-               "bias | ms |\n|---|---|---|---|---|---|---|---|---|\n");
+        print_head();
     for (int v = 0; v < view_count && status == CRANNY_OK; v++) {
         if ((o.scene && strcmp(o.scene, views[v].scene) != 0) ||
             (o.view && strcmp(o.view, views[v].name) != 0))

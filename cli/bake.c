@@ -98,39 +98,6 @@ static const char examples[] =
     "  cranny bake level.glb --json | jq .seconds\n"
     "  cranny bake a.glb --json | jq .parameters > p.json; cranny bake b.glb --preset p.json\n";
 
-static json_t *number(double value)
-{
-    return isfinite(value) ? json_real(value) : json_null();
-}
-
-/* As a preset file would hold it, so that `.parameters` of a result can be one. */
-static json_t *parameter_json(const struct cranny_param *row,
-                              const struct cranny_bake_params *params)
-{
-    char text[64];
-    cranny_params_get(cranny_bake_param_table(), params, row->name, text, sizeof text);
-    switch (row->type) {
-    case CRANNY_PARAM_FLOAT:
-        return number(strtod(text, NULL));
-    case CRANNY_PARAM_INT:
-        return json_integer(atoll(text));
-    case CRANNY_PARAM_BOOL:
-        return json_boolean(strcmp(text, "true") == 0);
-    case CRANNY_PARAM_ENUM:
-        return json_string(text);
-    }
-    return json_null();
-}
-
-static json_t *parameters_json(const struct cranny_bake_params *params)
-{
-    const struct cranny_param_table *table = cranny_bake_param_table();
-    json_t *object = json_object();
-    for (size_t i = 0; i < table->row_count; i++)
-        json_object_set_new(object, table->rows[i].name, parameter_json(&table->rows[i], params));
-    return object;
-}
-
 static uint64_t peak_bytes(void)
 {
     struct rusage usage;
@@ -140,11 +107,11 @@ static uint64_t peak_bytes(void)
 static json_t *seconds_json(const struct job *job)
 {
     const struct cranny_bake_report *r = &job->report;
-    return json_pack("{so so so so so so so so}", "load", number(job->load_s), "bvh",
-                     number(r->seconds_bvh), "sample", number(r->seconds_sample), "trace",
-                     number(r->seconds_trace), "solve", number(r->seconds_solve), "write",
-                     number(job->write_s), "preview", number(job->preview_s), "total",
-                     number(job->total_s));
+    return json_pack("{so so so so so so so so}", "load", json_number(job->load_s), "bvh",
+                     json_number(r->seconds_bvh), "sample", json_number(r->seconds_sample), "trace",
+                     json_number(r->seconds_trace), "solve", json_number(r->seconds_solve), "write",
+                     json_number(job->write_s), "preview", json_number(job->preview_s), "total",
+                     json_number(job->total_s));
 }
 
 static json_t *result_json(const struct job *job)
@@ -157,17 +124,17 @@ static json_t *result_json(const struct job *job)
         (json_int_t)r->triangles, "samples", (json_int_t)r->samples, "invalid_samples",
         (json_int_t)r->invalid_samples, "rays", (json_int_t)r->rays, "unsampled_vertices",
         (json_int_t)r->unsampled_vertices, "lost_components", (json_int_t)r->lost_components,
-        "mrays_per_s", number(r->mrays_per_s), "fit_rms", number(r->fit_rms), "mean_visibility",
-        number(r->mean_visibility), "solver_iterations", number(r->solver_iterations_max),
-        "seconds", seconds_json(job));
+        "mrays_per_s", json_number(r->mrays_per_s), "fit_rms", json_number(r->fit_rms),
+        "mean_visibility", json_number(r->mean_visibility), "solver_iterations",
+        json_number(r->solver_iterations_max), "seconds", seconds_json(job));
     json_object_set_new(object, "bytes",
                         json_pack("{sI sI sI sI}", "bvh", (json_int_t)r->bytes_bvh, "samples",
                                   (json_int_t)r->bytes_samples, "solve", (json_int_t)r->bytes_solve,
                                   "peak", (json_int_t)peak_bytes()));
     json_object_set_new(object, "to", json_string(output_names[job->options.to]));
-    json_object_set_new(object, "parameters", parameters_json(&job->params));
-    json_object_set_new(object, "warnings",
-                        job->ui.warnings ? json_copy(job->ui.warnings) : json_array());
+    json_object_set_new(object, "parameters",
+                        json_parameters(cranny_bake_param_table(), &job->params));
+    json_object_set_new(object, "warnings", json_warnings(&job->ui));
     return object;
 }
 
@@ -191,18 +158,6 @@ static void print_result(const struct job *job)
             (double)peak_bytes() / 1048576);
 }
 
-static enum cranny_status check_extension(const char *path, const char *const *allowed,
-                                          const char *option, struct cranny_error *why)
-{
-    char extension[9];
-    path_extension(path, extension);
-    for (size_t i = 0; allowed[i]; i++)
-        if (strcmp(extension, allowed[i]) == 0)
-            return CRANNY_OK;
-    return refuse(why, CRANNY_USAGE, "%.900s: %s takes a name that ends in %s%s%s", path, option,
-                  allowed[0], allowed[1] ? " or " : "", allowed[1] ? allowed[1] : "");
-}
-
 static enum cranny_status apply_ground(struct job *job, struct cranny_error *why)
 {
     const char *height = job->options.ground;
@@ -218,6 +173,13 @@ static enum cranny_status apply_ground(struct job *job, struct cranny_error *why
     return refuse(why, CRANNY_USAGE, "--ground: %.900s", inner.message);
 }
 
+static const char *scene_ending(const char *input)
+{
+    char extension[9];
+    path_extension(input, extension);
+    return strcmp(extension, ".gltf") == 0 ? "-ao.gltf" : "-ao.glb";
+}
+
 /* What can be refused before anything is read. */
 static enum cranny_status check_options(struct job *job, struct cranny_error *why)
 {
@@ -230,12 +192,13 @@ static enum cranny_status check_options(struct job *job, struct cranny_error *wh
     enum cranny_status status = apply_ground(job, why);
     if (status != CRANNY_OK)
         return status;
-    job->output = options->output ? strdup(options->output) : path_default_output(job->input);
+    job->output = options->output ? strdup(options->output)
+                                  : path_default_output(job->input, scene_ending(job->input));
     if (!job->output)
         return refuse(why, CRANNY_MEMORY, "out of memory for the output's name");
-    status = check_extension(job->output, scenes, "-o", why);
+    status = path_check_extension(job->output, scenes, "-o", why);
     if (status == CRANNY_OK && options->preview)
-        status = check_extension(options->preview, pictures, "--preview", why);
+        status = path_check_extension(options->preview, pictures, "--preview", why);
     return status;
 }
 

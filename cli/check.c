@@ -1,4 +1,4 @@
-#include "commands.h"
+#include "check.h"
 
 static const char *severity_name(enum cranny_severity severity)
 {
@@ -13,14 +13,7 @@ static const char *severity_name(enum cranny_severity severity)
     return "note";
 }
 
-struct findings {
-    struct ui *ui;
-    json_t *list;
-    int counts[3]; /* by severity */
-};
-
-static void on_finding(void *user, enum cranny_severity severity, const char *code,
-                       const char *text)
+void findings_add(void *user, enum cranny_severity severity, const char *code, const char *text)
 {
     struct findings *findings = user;
     findings->counts[severity]++;
@@ -32,65 +25,95 @@ static void on_finding(void *user, enum cranny_severity severity, const char *co
         printf("%s: %s: %s\n", severity_name(severity), code, text);
 }
 
-static int print_result(struct ui *ui, const char *path, struct findings *findings)
+int findings_print(struct findings *findings, json_t *advice)
 {
+    struct ui *ui = findings->ui;
     const int *counts = findings->counts;
+    int exit;
     if (ui->json) {
         json_t *object =
-            json_pack("{so sO si si si}", "input", json_text(path), "findings", findings->list,
-                      "errors", counts[CRANNY_SEVERITY_ERROR], "warnings",
+            json_pack("{so sO si si si}", "input", json_text(findings->path), "findings",
+                      findings->list, "errors", counts[CRANNY_SEVERITY_ERROR], "warnings",
                       counts[CRANNY_SEVERITY_WARNING], "notes", counts[CRANNY_SEVERITY_NOTE]);
-        return ui_print_json(ui, object);
+        if (advice)
+            json_object_set_new(object, "advice", advice);
+        exit = ui_print_json(ui, object);
+    } else {
+        json_decref(advice);
+        if (!ui->quiet)
+            printf("%s: %d errors, %d warnings, %d notes\n", findings->path,
+                   counts[CRANNY_SEVERITY_ERROR], counts[CRANNY_SEVERITY_WARNING],
+                   counts[CRANNY_SEVERITY_NOTE]);
+        exit = ui_finish_output(ui);
     }
-    if (!ui->quiet)
-        printf("%s: %d errors, %d warnings, %d notes\n", path, counts[CRANNY_SEVERITY_ERROR],
-               counts[CRANNY_SEVERITY_WARNING], counts[CRANNY_SEVERITY_NOTE]);
-    return ui_finish_output(ui);
+    return exit == 0 && counts[CRANNY_SEVERITY_ERROR] ? cranny_exit_status(CRANNY_INPUT) : exit;
 }
 
-static int check_scene(struct ui *ui, const char *path, const struct load_options *load)
+static enum cranny_status check_scene(const char *path, const struct load_options *load,
+                                      struct findings *findings, struct cranny_error *why)
 {
-    struct cranny_error why;
     struct cranny_scene *scene;
-    struct findings findings = {.ui = ui, .list = json_array()};
-    enum cranny_status status = load_scene(ui, path, load, &scene, &why);
-    ui_erase(ui);
+    enum cranny_status status = load_scene(findings->ui, path, load, &scene, why);
+    ui_erase(findings->ui);
     if (status == CRANNY_OK)
-        status = cranny_scene_check(scene, on_finding, &findings, &why);
-    int exit = status == CRANNY_OK ? print_result(ui, path, &findings) : ui_fail(ui, &why);
-    if (exit == 0 && findings.counts[CRANNY_SEVERITY_ERROR])
-        exit = cranny_exit_status(CRANNY_INPUT);
-    json_decref(findings.list);
+        status = cranny_scene_check(scene, findings_add, findings, why);
     cranny_scene_destroy(&scene);
-    return exit;
+    return status;
 }
+
+static const char summary[] =
+    "Looks a scene over before it is baked: what is broken, what may spoil the outcome, and\n"
+    "which distances fit when the file's unit is not the metre. Or a depth image before it is\n"
+    "rendered: what its numbers look like, whether the normals fit them, and which radius, bias\n"
+    "and fade fit its scale. One finding a line: severity, code, text. Exit status 3 when there\n"
+    "is an error among them.";
+
+static const char examples[] =
+    "  cranny check level.glb\n"
+    "  cranny check --json level.glb | jq '.findings[].code'\n"
+    "  cranny check --depth depth.exr --normal normal.exr --fov 60\n"
+    "  cranny check --depth depth.png --depth-kind device --near 0.1 --far 500\n"
+    "  cranny check --depth depth.exr --fov 45 --json | jq .advice.radius_world\n";
 
 int command_check(int argc, char **argv)
 {
     struct ui ui = {0};
     struct load_options load = load_options_default();
-    struct option_group groups[] = {load_options, ui_options};
+    struct depth_options depth = depth_options_default();
+    struct view_options view = view_options_default();
+    struct option_group groups[] = {load_options, depth_options, view_options, ui_options};
     groups[0].target = &load;
-    groups[1].target = &ui;
+    groups[1].target = &depth;
+    groups[2].target = &view;
+    groups[3].target = &ui;
     const char *path = NULL;
     struct interface face = {
         .command = "check",
-        .usage = "SCENE",
-        .summary =
-            "Looks a scene over before it is baked: what is broken, what may spoil the outcome, "
-            "and\n"
-            "which distances fit when the file's unit is not the metre. One finding a line:\n"
-            "severity, code, text. Exit status 3 when there is an error among them.",
-        .examples = "  cranny check level.glb\n"
-                    "  cranny check --json level.glb | jq '.findings[].code'\n",
+        .usage = "SCENE | --depth FILE [--normal FILE]",
+        .summary = summary,
+        .examples = examples,
         .groups = groups,
-        .group_count = 2,
+        .group_count = sizeof groups / sizeof *groups,
         .operands = &path,
         .operand_limit = 1,
+        .lacking = "no scene and no --depth given",
+        .instead = &depth.depth,
     };
-    int status = begin_command(&face, &ui, argc, argv);
-    if (status < 0)
-        status = check_scene(&ui, path, &load);
+    int exit = begin_command(&face, &ui, argc, argv);
+    if (exit < 0) {
+        struct cranny_error why;
+        struct findings findings = {
+            .ui = &ui, .path = depth.depth ? depth.depth : path, .list = json_array()};
+        json_t *advice = NULL;
+        enum cranny_status status = depth_options_check(&face, &depth, &view, &why);
+        if (status == CRANNY_OK && !depth.depth)
+            status = options_refuse(&face, &view_options, 0, "--depth FILE", &why);
+        if (status == CRANNY_OK)
+            status = depth.depth ? check_depth(&depth, &view, &findings, &advice, &why)
+                                 : check_scene(path, &load, &findings, &why);
+        exit = status == CRANNY_OK ? findings_print(&findings, advice) : ui_fail(&ui, &why);
+        json_decref(findings.list);
+    }
     ui_end(&ui);
-    return status;
+    return exit;
 }

@@ -10,12 +10,14 @@ int command_bake(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_check(int argc, char **argv);
 int command_diff(int argc, char **argv);
+int command_render(int argc, char **argv);
 
 /* How scenes are read: the options of every command that takes one. */
 struct load_options {
     bool allow_outside;
     int scene;
     uint64_t memory_limit_bytes;
+    bool colors; /* no option: for commands that show base colour textures */
 };
 extern const struct option_group load_options;
 struct load_options load_options_default(void);

@@ -48,6 +48,7 @@ enum cranny_status load_scene(struct ui *ui, const char *path, const struct load
     params.allow_outside = options->allow_outside;
     params.scene = options->scene;
     params.memory_limit_bytes = options->memory_limit_bytes;
+    params.colors = options->colors;
     params.hooks = &ui->hooks;
     enum cranny_status status = cranny_scene_load(path, &params, scene, why);
     if (status == CRANNY_OK && ui_interrupted()) {
@@ -65,7 +66,12 @@ int begin_command(struct interface *face, struct ui *ui, int argc, char **argv)
         options_help(face, stdout);
         return ui_finish_output(ui);
     }
-    const size_t minimum = face->operand_minimum ? face->operand_minimum : 1;
+    const bool replaced = face->instead && *face->instead;
+    const size_t minimum = replaced ? 0 : face->operand_minimum ? face->operand_minimum : 1;
+    if (status == CRANNY_OK && replaced && face->operand_count)
+        status = refuse(&why, CRANNY_USAGE,
+                        "'%.200s' and '%.200s': one input at a time; see 'cranny %s --help'",
+                        face->operands[0], *face->instead, face->command);
     if (status == CRANNY_OK && face->operand_count < minimum)
         status = refuse(&why, CRANNY_USAGE, "%s: cranny %s %s; see 'cranny %s --help'",
                         face->lacking ? face->lacking : "no scene given", face->command,

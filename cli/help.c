@@ -89,7 +89,12 @@ static void range_text(const struct cranny_param *row, const char *separator, ch
 static void print_row(FILE *out, const struct cranny_param *row)
 {
     char left[128], name[64], fallback[64], range[80], choices[80] = "", text[512];
+    char also[80] = "", alias[64] = "";
     option_name(row->name, name, sizeof name);
+    if (option_alias(row->name)) {
+        option_name(option_alias(row->name), alias, sizeof alias);
+        snprintf(also, sizeof also, "; also --%s", alias);
+    }
     if (row->choices)
         join_choices(row->choices, choices, sizeof choices);
     const char *value = row->type == CRANNY_PARAM_BOOL  ? ""
@@ -99,9 +104,9 @@ static void print_row(FILE *out, const struct cranny_param *row)
     snprintf(left, sizeof left, "      --%s%s%s", name, *value ? " " : "", value);
     default_text(row, fallback, sizeof fallback);
     range_text(row, " to ", range, sizeof range);
-    snprintf(text, sizeof text, "%s (%s%s%s%sdefault %s)", row->help, range,
+    snprintf(text, sizeof text, "%s (%s%s%s%sdefault %s%s)", row->help, range,
              *range && row->unit[0] ? " " : "", *range ? row->unit : "", *range ? "; " : "",
-             fallback);
+             fallback, also);
     print_entry(out, left, text);
 }
 
@@ -123,7 +128,12 @@ static void print_table(FILE *out, const struct interface *face)
         if (!is_shadowed(face, face->table->rows[i].name))
             print_row(out, &face->table->rows[i]);
     print_entry(out, "      --set NAME=VALUE", "the same parameters under their preset names");
-    print_entry(out, "      --preset FILE.json",
+    char left[128], names[80];
+    if (face->presets)
+        join_choices(face->presets, names, sizeof names);
+    snprintf(left, sizeof left, "      --preset %s%sFILE.json", face->presets ? names : "",
+             face->presets ? "|" : "");
+    print_entry(out, left,
                 "parameters from a JSON object of NAME: VALUE; other options override it, and the "
                 "'parameters' of a --json result are such an object");
 }
@@ -140,23 +150,35 @@ void options_help(const struct interface *face, FILE *out)
     fprintf(out, "\nExamples:\n%s", face->examples);
 }
 
-void options_markdown(const struct cranny_param_table *table, FILE *out)
+static void values_text(const struct cranny_param *row, char *text, size_t size)
 {
-    fprintf(out, "| parameter | values | unit | default | meaning |\n|---|---|---|---|---|\n");
+    range_text(row, " … ", text, size);
+    if (row->type == CRANNY_PARAM_BOOL)
+        snprintf(text, size, "true, false");
+    size_t used = 0;
+    for (int c = 0; row->choices && row->choices[c] && used < size; c++)
+        used += (size_t)snprintf(text + used, size - used, "%s%s", c ? ", " : "", row->choices[c]);
+}
+
+void options_markdown(const struct cranny_param_table *table, const struct option_column *columns,
+                      size_t column_count, FILE *out)
+{
+    fprintf(out, "| parameter | values | unit |");
+    for (size_t c = 0; c < column_count; c++)
+        fprintf(out, " %s |", columns[c].title);
+    fprintf(out, " meaning |\n|---|---|---|");
+    for (size_t c = 0; c < column_count; c++)
+        fprintf(out, "---|");
+    fprintf(out, "---|\n");
     for (size_t i = 0; i < table->row_count; i++) {
         const struct cranny_param *row = &table->rows[i];
-        char fallback[64], values[160];
-        default_text(row, fallback, sizeof fallback);
-        range_text(row, " … ", values, sizeof values);
-        if (row->type == CRANNY_PARAM_BOOL)
-            snprintf(values, sizeof values, "true, false");
-        if (row->choices) {
-            size_t used = 0;
-            for (int c = 0; row->choices[c] && used < sizeof values; c++)
-                used += (size_t)snprintf(values + used, sizeof values - used, "%s%s", c ? ", " : "",
-                                         row->choices[c]);
+        char value[64], values[160];
+        values_text(row, values, sizeof values);
+        fprintf(out, "| `%s` | %s | %s |", row->name, values, row->unit);
+        for (size_t c = 0; c < column_count; c++) {
+            cranny_params_get(table, columns[c].params, row->name, value, sizeof value);
+            fprintf(out, " %s |", value);
         }
-        fprintf(out, "| `%s` | %s | %s | %s | %s |\n", row->name, values, row->unit, fallback,
-                row->help);
+        fprintf(out, " %s |\n", row->help);
     }
 }

@@ -14,8 +14,10 @@ struct command {
 
 static const struct command commands[] = {
     {"bake", command_bake, "bake  SCENE [-o OUT]", "ambient obscurance onto the scene's vertices"},
+    {"render", command_render, "render SCENE | --depth FILE", "ambient visibility of a picture"},
     {"info", command_info, "info  SCENE", "what is in the scene"},
-    {"check", command_check, "check SCENE", "what is wrong with it, and what to pass for its size"},
+    {"check", command_check, "check SCENE | --depth FILE",
+     "what is wrong with it, and what to pass for its size"},
     {"diff", command_diff, "diff  A B", "how far image A is from image B, the reference"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
@@ -25,7 +27,7 @@ static int print_help(void)
     struct ui ui = {0};
     printf("Cranny %s: ambient obscurance for 3D scenes\n\n", cranny_version());
     for (int i = 0; i < COMMAND_COUNT; i++)
-        printf("  cranny %-22s %s\n", commands[i].usage, commands[i].help);
+        printf("  cranny %-27s %s\n", commands[i].usage, commands[i].help);
     printf("\n'cranny COMMAND --help' lists a command's options and shows examples.\n"
            "Scenes: glTF 2.0 (.glb, .gltf), kept whole; OBJ, PLY, STL, FBX, DAE and others are "
            "read\nand come out as .glb.\n\n"
@@ -34,7 +36,9 @@ static int print_help(void)
            "Start here:\n"
            "  cranny check level.glb          is the file sound, and is its unit the metre?\n"
            "  cranny bake level.glb           writes level-ao.glb, which any viewer shows\n"
-           "  cranny bake level.glb --preview level.png\n");
+           "  cranny bake level.glb --preview level.png\n"
+           "  cranny render level.glb         writes level-ao.png, a picture of the visibility\n"
+           "  cranny render --depth depth.exr --fov 60\n");
     return ui_finish_output(&ui);
 }
 
@@ -63,18 +67,42 @@ static int refuse_command(const char *word)
     return cranny_exit_status(CRANNY_USAGE);
 }
 
+static void print_method(enum cranny_method method)
+{
+    const char *const *names = cranny_screen_preset_names(method);
+    struct cranny_screen_params presets[4];
+    struct option_column columns[4];
+    size_t count = 0;
+    for (; names[count] && count < 4; count++) {
+        presets[count] = cranny_screen_params_preset(method, names[count]);
+        columns[count] = (struct option_column){names[count], &presets[count]};
+    }
+    printf("\n## render --method %s\n\n", cranny_method_name(method));
+    options_markdown(cranny_screen_param_table(method), columns, count, stdout);
+}
+
 /* For docs/parameters.md, which a test compares with this text. */
 static int print_parameters(void)
 {
     struct ui ui = {0};
+    const struct cranny_bake_params bake = cranny_bake_params_default();
+    const struct cranny_raytrace_params truth = cranny_raytrace_params_default();
     printf(
         "# Parameters\n\n"
-        "Made from the parameter table by `cranny --dump-parameters`; do not edit.\n"
+        "Made from the parameter tables by `cranny --dump-parameters`; do not edit.\n"
         "Each is an option of the command (`distance_long` is `--distance-long`), a member of a\n"
         "preset file, and a field of the library's parameter struct. A default of `nan` means\n"
-        "\"chosen from the scene\" and is `null` in a preset.\n\n"
+        "\"chosen from the scene\" and is `null` in a preset. `render` also takes `--radius` for\n"
+        "`radius_world` and `--cpu-mask` for `isa`; its methods have a column for each preset, of\n"
+        "which `calibrated` is the default.\n\n"
         "## bake\n\n");
-    options_markdown(cranny_bake_param_table(), stdout);
+    options_markdown(cranny_bake_param_table(), &(struct option_column){"default", &bake}, 1,
+                     stdout);
+    for (int method = 0; method < CRANNY_METHOD_COUNT; method++)
+        print_method((enum cranny_method)method);
+    printf("\n## render --method raytrace\n\n");
+    options_markdown(cranny_raytrace_param_table(), &(struct option_column){"default", &truth}, 1,
+                     stdout);
     return ui_finish_output(&ui);
 }
 

@@ -5,6 +5,7 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 enum { NAME_SIZE = 64, NAME_LIMIT = 128 };
 
@@ -43,12 +44,53 @@ static void spell(const char *name, char from, char to, char *text)
     text[i] = 0;
 }
 
+static const struct {
+    const char *name, *alias;
+} aliases[] = {{"radius_world", "radius"}, {"isa", "cpu_mask"}};
+
+const char *option_alias(const char *name)
+{
+    for (size_t i = 0; i < sizeof aliases / sizeof *aliases; i++)
+        if (strcmp(aliases[i].name, name) == 0)
+            return aliases[i].alias;
+    return NULL;
+}
+
+static bool names_row(const struct cranny_param *row, const char *name)
+{
+    const char *alias = option_alias(row->name);
+    return strcmp(row->name, name) == 0 || (alias && strcmp(alias, name) == 0);
+}
+
+bool option_given(const struct interface *face, const char *name)
+{
+    for (size_t i = 0; i < face->given_count; i++)
+        if (strcmp(face->given[i], name) == 0)
+            return true;
+    return false;
+}
+
+enum cranny_status options_refuse(const struct interface *face, const struct option_group *group,
+                                  size_t first, const char *goes_with, struct cranny_error *why)
+{
+    for (size_t i = first; i < group->row_count; i++)
+        if (option_given(face, group->rows[i].name))
+            return refuse(why, CRANNY_USAGE, "--%s goes with %s", group->rows[i].name, goes_with);
+    return CRANNY_OK;
+}
+
+static void note_given(struct interface *face, const char *name)
+{
+    if (face->given_count < OPTION_GIVEN_LIMIT && !option_given(face, name))
+        face->given[face->given_count++] = name;
+}
+
 static const struct cranny_param *find_row(const struct cranny_param_table *table, const char *name)
 {
     char spelled[NAME_SIZE];
     spell(name, '-', '_', spelled);
     for (size_t i = 0; table && i < table->row_count; i++)
-        if (strcmp(table->rows[i].name, spelled) == 0)
+        if (names_row(&table->rows[i], spelled))
             return &table->rows[i];
     return NULL;
 }
@@ -118,7 +160,8 @@ static enum cranny_status refuse_unknown(const struct interface *face, const cha
         for (size_t i = 0; i < face->groups[g].row_count && count < NAME_LIMIT; i++)
             names[count++] = face->groups[g].rows[i].name;
     for (size_t i = 0; face->table && i < face->table->row_count && count < NAME_LIMIT; i++) {
-        spell(face->table->rows[i].name, '_', '-', spelled[count]);
+        const char *row = face->table->rows[i].name, *alias = option_alias(row);
+        spell(alias ? alias : row, '_', '-', spelled[count]);
         names[count] = spelled[count];
         count++;
     }
@@ -151,6 +194,53 @@ static enum cranny_status parse_number(const struct option *row, const char *tex
         return refuse(why, CRANNY_USAGE, "--%s: '%.200s' is not a number in [%d, %d]", row->name,
                       text, row->minimum, row->maximum);
     *out = value;
+    return CRANNY_OK;
+}
+
+static enum cranny_status parse_positive(const struct option *row, const char *text, double *out,
+                                         struct cranny_error *why)
+{
+    char *end;
+    double value = strtod(text, &end);
+    if (end == text || *end || !(value > 0))
+        return refuse(why, CRANNY_USAGE, "--%s: '%.200s' is not a number above 0", row->name, text);
+    *out = value;
+    return CRANNY_OK;
+}
+
+static enum cranny_status parse_vector(const struct option *row, const char *text, double out[3],
+                                       struct cranny_error *why)
+{
+    double values[3];
+    const char *at = text;
+    for (int i = 0; i < 3; i++) {
+        char *end;
+        values[i] = strtod(at, &end);
+        if (end == at || *end != (i < 2 ? ',' : 0) || !isfinite(values[i]))
+            return refuse(why, CRANNY_USAGE, "--%s: '%.200s' is not X,Y,Z; as in 1.5,0,-2",
+                          row->name, text);
+        at = end + 1;
+    }
+    memcpy(out, values, sizeof values);
+    return CRANNY_OK;
+}
+
+static enum cranny_status parse_rect(const struct option *row, const char *text,
+                                     struct cranny_rect *out, struct cranny_error *why)
+{
+    long values[4];
+    const char *at = text;
+    for (int i = 0; i < 4; i++) {
+        char *end;
+        values[i] = strtol(at, &end, 10);
+        if (end == at || *end != (i < 3 ? ',' : 0) || values[i] < (i < 2 ? 0 : 1) ||
+            values[i] > CRANNY_SIDE_MAX)
+            return refuse(why, CRANNY_USAGE,
+                          "--%s: '%.200s' is not X,Y,WIDTH,HEIGHT in pixels; as in 0,0,640,480",
+                          row->name, text);
+        at = end + 1;
+    }
+    *out = (struct cranny_rect){(int)values[0], (int)values[1], (int)values[2], (int)values[3]};
     return CRANNY_OK;
 }
 
@@ -226,6 +316,12 @@ static enum cranny_status store(const struct option *row, void *field, const cha
         return parse_bytes(row, text, field, why);
     case OPTION_SIZE:
         return parse_size(row, text, field, why);
+    case OPTION_POSITIVE:
+        return parse_positive(row, text, field, why);
+    case OPTION_VECTOR:
+        return parse_vector(row, text, field, why);
+    case OPTION_RECT:
+        return parse_rect(row, text, field, why);
     }
     return CRANNY_OK;
 }
@@ -259,12 +355,14 @@ static enum cranny_status parse_known(struct parser *parser, const struct option
         if (status != CRANNY_OK)
             return status;
     }
+    note_given(parser->face, row->name);
     return store(row, field, text, why);
 }
 
 static void assign(struct parser *parser, const struct cranny_param *row, const char *name,
                    const char *text)
 {
+    note_given(parser->face, row->name);
     parser->assignments[parser->assignment_count++] = (struct assignment){row, name, text};
 }
 
@@ -385,6 +483,24 @@ static enum cranny_status apply_assignment(const struct interface *face,
     return status;
 }
 
+static enum cranny_status apply_preset(struct interface *face, const char *preset,
+                                       struct cranny_error *why)
+{
+    char names[160] = "";
+    face->preset = preset;
+    for (size_t i = 0; face->presets && face->presets[i]; i++) {
+        if (strcmp(face->presets[i], preset) == 0)
+            return face->apply_preset(face->params, preset, why);
+        const size_t used = strlen(names);
+        snprintf(names + used, sizeof names - used, "%s%s", i ? ", " : "", face->presets[i]);
+    }
+    /* A word without a dot or slash was hardly meant as a file, unless there is one. */
+    if (face->presets && !strpbrk(preset, "./") && access(preset, F_OK) != 0)
+        return refuse(why, CRANNY_USAGE, "--preset: '%.200s' is no file and none of: %s", preset,
+                      names);
+    return cranny_params_load(face->table, face->params, preset, why);
+}
+
 enum cranny_status options_parse(struct interface *face, int argc, char **argv,
                                  struct cranny_error *why)
 {
@@ -397,7 +513,7 @@ enum cranny_status options_parse(struct interface *face, int argc, char **argv,
             ? parse_arguments(&parser, why)
             : refuse(why, CRANNY_MEMORY, "out of memory for the command line");
     for (size_t i = 0; i < parser.preset_count && status == CRANNY_OK; i++)
-        status = cranny_params_load(face->table, face->params, parser.presets[i], why);
+        status = apply_preset(face, parser.presets[i], why);
     for (size_t i = 0; i < parser.assignment_count && status == CRANNY_OK; i++)
         status = apply_assignment(face, &parser.assignments[i], why);
     free(parser.assignments);

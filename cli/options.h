@@ -2,7 +2,7 @@
 #ifndef CLI_OPTIONS_H
 #define CLI_OPTIONS_H
 
-#include <cranny/base.h>
+#include <cranny/gbuffer.h>
 #include <stdio.h>
 
 enum option_type {
@@ -14,6 +14,9 @@ enum option_type {
     OPTION_CHOICE,   /* field is int; `choices` names its values from 0 on */
     OPTION_BYTES,    /* field is uint64_t; takes K, M, G, T (powers of 1024) */
     OPTION_SIZE,     /* field is int[2]; WIDTHxHEIGHT */
+    OPTION_POSITIVE, /* field is double; above 0, "inf" too */
+    OPTION_VECTOR,   /* field is double[3]; X,Y,Z */
+    OPTION_RECT,     /* field is struct cranny_rect; X,Y,WIDTH,HEIGHT in pixels */
 };
 
 struct option {
@@ -34,6 +37,8 @@ struct option_group {
     void *target;
 };
 
+enum { OPTION_GIVEN_LIMIT = 96 };
+
 /* A command's whole interface. Each row of `table` is an option too (--rays N, --no-adaptive), and
  * with it come --set NAME=VALUE and --preset FILE. */
 struct interface {
@@ -45,11 +50,19 @@ struct interface {
     size_t group_count;
     const struct cranny_param_table *table; /* NULL: none */
     void *params;                           /* set to the defaults by the caller */
+    const char *const *presets;             /* names that --preset takes, too; NULL: none */
+    enum cranny_status (*apply_preset)(void *params, const char *name, struct cranny_error *why);
     const char **operands;
     size_t operand_limit;
-    size_t operand_minimum; /* 0 is 1 */
-    const char *lacking;    /* said when there are fewer; NULL: "no scene given" */
-    size_t operand_count;   /* filled by options_parse */
+    size_t operand_minimum;     /* 0 is 1 */
+    const char *lacking;        /* said when there are fewer; NULL: "no scene given" */
+    const char *const *instead; /* a text option that takes the operands' place when it is given;
+                                   NULL: none */
+    /* filled by options_parse */
+    size_t operand_count;
+    const char *preset;                    /* the last one given, NULL: none */
+    const char *given[OPTION_GIVEN_LIMIT]; /* names of options and rows, each once */
+    size_t given_count;
 };
 
 /* Read the arguments after the command's name. Preset files are applied first, then everything else
@@ -58,10 +71,28 @@ struct interface {
 enum cranny_status options_parse(struct interface *face, int argc, char **argv,
                                  struct cranny_error *why);
 
+/* Was the option, or the row of the table, on the command line? */
+bool option_given(const struct interface *face, const char *name);
+
+/* CRANNY_USAGE when an option of the group, from row `first` on, is on the command line;
+ * `goes_with` says what it would need. */
+enum cranny_status options_refuse(const struct interface *face, const struct option_group *group,
+                                  size_t first, const char *goes_with, struct cranny_error *why);
+
+/* The shorter name that a row of a table has as an option; NULL: none. */
+const char *option_alias(const char *name);
+
 void options_help(const struct interface *face, FILE *out);
 
+/* A column of docs/parameters.md: what `params` holds. */
+struct option_column {
+    const char *title;
+    const void *params;
+};
+
 /* docs/parameters.md's table for the rows of `table`. */
-void options_markdown(const struct cranny_param_table *table, FILE *out);
+void options_markdown(const struct cranny_param_table *table, const struct option_column *columns,
+                      size_t column_count, FILE *out);
 
 /* The nearest of `names` to a mistyped word; NULL when none is near. */
 const char *nearest_name(const char *word, const char *const *names, size_t count);

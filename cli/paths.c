@@ -27,11 +27,8 @@ void path_extension(const char *path, char extension[9])
     extension[i] = 0;
 }
 
-char *path_default_output(const char *input)
+char *path_default_output(const char *input, const char *ending)
 {
-    char extension[9];
-    path_extension(input, extension);
-    const char *ending = strcmp(extension, ".gltf") == 0 ? "-ao.gltf" : "-ao.glb";
     const char *dot = strrchr(file_name(input), '.');
     size_t stem = dot && dot != file_name(input) ? (size_t)(dot - input) : strlen(input);
     char *output = malloc(stem + strlen(ending) + 1);
@@ -40,6 +37,27 @@ char *path_default_output(const char *input)
         strcpy(output + stem, ending);
     }
     return output;
+}
+
+enum cranny_status path_check_extension(const char *path, const char *const *allowed,
+                                        const char *option, struct cranny_error *why)
+{
+    char extension[9], list[64] = "";
+    path_extension(path, extension);
+    for (size_t i = 0; allowed[i]; i++) {
+        if (strcmp(extension, allowed[i]) == 0)
+            return CRANNY_OK;
+        const size_t used = strlen(list);
+        snprintf(list + used, sizeof list - used, "%s%s", i ? " or " : "", allowed[i]);
+    }
+    return refuse(why, CRANNY_USAGE, "%.900s: %s takes a name that ends in %s", path, option, list);
+}
+
+bool path_same_file(const char *a, const char *b)
+{
+    struct stat first, second;
+    return stat(a, &first) == 0 && stat(b, &second) == 0 && first.st_dev == second.st_dev &&
+           first.st_ino == second.st_ino;
 }
 
 /* Only creating a file tells: rights, read-only mounts and quotas all have their say. */

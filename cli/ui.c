@@ -104,6 +104,43 @@ json_t *json_text(const char *text)
     return string;
 }
 
+json_t *json_number(double value)
+{
+    return isfinite(value) ? json_real(value) : json_null();
+}
+
+static json_t *parameter_json(const struct cranny_param_table *table,
+                              const struct cranny_param *row, const void *params)
+{
+    char text[64];
+    cranny_params_get(table, params, row->name, text, sizeof text);
+    switch (row->type) {
+    case CRANNY_PARAM_FLOAT:
+        return json_number(strtod(text, NULL));
+    case CRANNY_PARAM_INT:
+        return json_integer(atoll(text));
+    case CRANNY_PARAM_BOOL:
+        return json_boolean(strcmp(text, "true") == 0);
+    case CRANNY_PARAM_ENUM:
+        return json_string(text);
+    }
+    return json_null();
+}
+
+json_t *json_parameters(const struct cranny_param_table *table, const void *params)
+{
+    json_t *object = json_object();
+    for (size_t i = 0; i < table->row_count; i++)
+        json_object_set_new(object, table->rows[i].name,
+                            parameter_json(table, &table->rows[i], params));
+    return object;
+}
+
+json_t *json_warnings(const struct ui *ui)
+{
+    return ui->warnings ? json_copy(ui->warnings) : json_array();
+}
+
 static void on_log(void *user, enum cranny_log_level level, const char *line)
 {
     struct ui *ui = user;

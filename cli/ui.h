@@ -40,6 +40,15 @@ int ui_fail(struct ui *ui, const struct cranny_error *why);
 /* A JSON string of any bytes: what is not UTF-8 becomes '?'. */
 json_t *json_text(const char *text);
 
+/* A number, or null where JSON has none. */
+json_t *json_number(double value);
+
+/* The fields of a table as a preset file holds them, so that `.parameters` of a result is one. */
+json_t *json_parameters(const struct cranny_param_table *table, const void *params);
+
+/* The warnings so far, as an array of its own. */
+json_t *json_warnings(const struct ui *ui);
+
 /* Print one JSON object on stdout (taking the reference), or report why that failed. */
 int ui_print_json(struct ui *ui, json_t *object);
 

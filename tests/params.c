@@ -5,7 +5,7 @@
 #include <unistd.h>
 
 struct sample {
-    float radius, height;
+    float radius, height, gap;
     int rays, kind;
     bool ground;
 };
@@ -14,11 +14,12 @@ static const char *const kinds[] = {"red", "green", NULL};
 static const struct cranny_param rows[] = {
     {"radius", CRANNY_PARAM_FLOAT, offsetof(struct sample, radius), "m", 0, 10, 0.3, NULL, ""},
     {"height", CRANNY_PARAM_FLOAT, offsetof(struct sample, height), "m", -5, 5, NAN, NULL, ""},
+    {"gap", CRANNY_PARAM_FLOAT, offsetof(struct sample, gap), "m", 1e-9, 0.7, 0.1, NULL, ""},
     {"rays", CRANNY_PARAM_INT, offsetof(struct sample, rays), "", 1, 100, 64, NULL, ""},
     {"kind", CRANNY_PARAM_ENUM, offsetof(struct sample, kind), "", 0, 1, 1, kinds, ""},
     {"ground", CRANNY_PARAM_BOOL, offsetof(struct sample, ground), "", 0, 1, 1, NULL, ""},
 };
-static const struct cranny_param_table table = {"sample", rows, 5};
+static const struct cranny_param_table table = {"sample", rows, 6};
 
 static void test_round_trip(void)
 {
@@ -34,6 +35,10 @@ static void test_round_trip(void)
     CHECK_OK(cranny_params_set(&table, &s, "kind", "red", &why), why);
     cranny_params_get(&table, &s, "kind", text, sizeof text);
     CHECK(strcmp(text, "red") == 0);
+    CHECK_OK(cranny_params_validate(&table, &s, &why), why);
+    CHECK_OK(cranny_params_set(&table, &s, "gap", "1e-9", &why), why);
+    CHECK_OK(cranny_params_validate(&table, &s, &why), why);
+    CHECK_OK(cranny_params_set(&table, &s, "gap", "0.7", &why), why);
     CHECK_OK(cranny_params_validate(&table, &s, &why), why);
 }
 

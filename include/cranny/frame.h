@@ -60,7 +60,7 @@ CRANNY_API struct cranny_gbuffer cranny_frame_gbuffer(const struct cranny_frame 
 
 /* The truth's parameters. */
 struct cranny_raytrace_params {
-    float radius_world;        /* metres, > 0; default 1 */
+    float radius_world;        /* metres, > 0; default 0.5, as the methods' */
     enum cranny_kernel kernel; /* default linear over radius_world */
     int rays;                  /* a pixel, its samples share them; 1 to 65536; default 256 */
     float error_target;        /* stop when the mean standard error is below; default 0: never */
@@ -68,6 +68,9 @@ struct cranny_raytrace_params {
     const struct cranny_hooks *hooks; /* stage "trace" */
 };
 CRANNY_API struct cranny_raytrace_params cranny_raytrace_params_default(void);
+
+/* Its rows: ranges, defaults, help; `hooks` is not among them. */
+CRANNY_API const struct cranny_param_table *cranny_raytrace_param_table(void);
 
 /* What it took. */
 struct cranny_raytrace_report {

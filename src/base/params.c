@@ -54,6 +54,9 @@ static bool in_range(const struct cranny_param *row, double value)
 {
     if (isnan(value))
         return isnan(row->fallback);
+    /* A bound such as 1e-9 is no float: what a float field can hold of it is in range, too. */
+    if (row->type == CRANNY_PARAM_FLOAT)
+        return (float)value >= (float)row->minimum && (float)value <= (float)row->maximum;
     return value >= row->minimum && value <= row->maximum;
 }
 

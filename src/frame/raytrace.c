@@ -22,12 +22,6 @@ struct truth {
     uint64_t traced;
 };
 
-struct cranny_raytrace_params cranny_raytrace_params_default(void)
-{
-    return (struct cranny_raytrace_params){
-        .radius_world = 1, .kernel = CRANNY_KERNEL_LINEAR, .rays = 256};
-}
-
 static enum cranny_status validate(const struct cranny_frame *frame,
                                    const struct cranny_raytrace_params *p, const float *visibility,
                                    size_t stride, struct cranny_error *why)

@@ -8,6 +8,9 @@
 #define CREASE_HEIGHT 720.0f
 /* Alchemy: the spiral's turns for a number of samples; coprime, about its golden part. */
 #define SPIRAL_TURNS 0.381966
+/* Alchemy with samples weighted by solid angle: from bench-fit, so that intensity 1 is the truth.
+ */
+#define ALCHEMY_SOLID_ANGLE 0.8f
 
 static void set_row(struct screen_constants *c, int i, double x, double y, double z, double w)
 {
@@ -56,12 +59,12 @@ static void ssao_screen_table(struct screen_constants *c, const struct cranny_sc
 static void ssao_world_table(struct screen_constants *c, const struct cranny_screen_params *p)
 {
     const int n = p->samples;
+    int stride = max_int(1, (int)(n * GOLDEN_RATIO_FRACTION));
+    while (greatest_divisor(stride, n) != 1)
+        stride++;
     for (int i = 0; i < n; i++) {
         const double z = 1 - (2 * i + 1.0) / n, ring = sqrt(1 - z * z);
         const double angle = 2 * PI * fraction(i * GOLDEN_RATIO_FRACTION);
-        int stride = max_int(1, (int)(n * GOLDEN_RATIO_FRACTION));
-        while (greatest_divisor(stride, n) != 1)
-            stride++;
         set_row(c, i, ring * cos(angle), ring * sin(angle), z, (double)(i * stride % n) / n);
     }
 }
@@ -97,7 +100,8 @@ static float amount(const struct cranny_screen_params *p)
 {
     switch ((enum cranny_method)p->method) {
     case CRANNY_ALCHEMY:
-        return 2 * p->intensity * 2 * p->radius_world; /* 2 σ u, see equations/alchemy.h */
+        /* 2 σ u, see equations/alchemy.h; by solid angle, the factor that fits the truth. */
+        return (p->spread ? ALCHEMY_SOLID_ANGLE : 4) * p->intensity * p->radius_world;
     case CRANNY_HBAO:
         /* 1/(2π) · 2π/N_d (eq. 6.2.9); the cosine's half-slices fill 2/π · π/N_d. */
         return p->cosine ? 2 * p->intensity : p->intensity;

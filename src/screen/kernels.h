@@ -67,9 +67,9 @@ typedef void estimate_fn(const struct canvas *canvas, const struct screen_consta
 struct kernels {
     const char *name;
     estimate_fn *estimate[CRANNY_METHOD_COUNT];
-    /* Normals by the neighbours across which depth bends least, where `keep` is false everywhere;
-     * else only where the normal has no length. */
-    void (*reconstruct)(const struct canvas *canvas, bool keep, const struct span *span);
+    /* Unit normals: those given, scaled; or, where they have no length or none are given, from the
+     * neighbours across which depth bends least. */
+    void (*finish_normals)(const struct canvas *canvas, bool given, const struct span *span);
     void (*edges)(const struct canvas *canvas, const struct screen_constants *constants,
                   const struct span *span);
     /* Weighted means along x or y within edges; `before` and `after` taps on the two sides,

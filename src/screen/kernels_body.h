@@ -2,6 +2,12 @@
 #include "screen/kernels.h"
 #include "screen/lanes.h"
 
+/* What the equations leave to the language; glsl.h has the other half. */
+#define FUNCTION static inline
+#define RECORD(NAME) typedef struct NAME NAME;
+#define float_(X) ((float)(X))
+#define int_(X) ((int32_t)(X))
+#define ON(field) (constants->field != 0)
 #define VIEW_ARG const struct canvas *canvas,
 #define VIEW_PASS canvas,
 #define VIEW(field) (canvas->field)
@@ -180,38 +186,56 @@ static inline lane_3 bend_step(const struct canvas *canvas, const struct pixel *
     return scale3(sub3(there, p->position), sign);
 }
 
-static void reconstruct(const struct canvas *canvas, bool keep, const struct span *span)
+static inline void store_normal(const struct canvas *canvas, ptrdiff_t at, lane_3 n)
 {
-    const lane_f zero = splat(0.0f), one = splat(1.0f);
+    store(canvas->normal[0] + at, n.x);
+    store(canvas->normal[1] + at, n.y);
+    store(canvas->normal[2] + at, n.z);
+}
+
+/* The normal of the plane through a pixel and the neighbours that continue its surface. */
+static inline lane_3 bend_normal(const struct canvas *canvas, int x, int y)
+{
+    const lane_f zero = splat(0.0f), one = splat(1.0f), tiny = splat(1e-30f);
+    const ptrdiff_t at = canvas_index(canvas, x, y);
+    struct pixel p;
+    p.x = first_lanes() + (float)x;
+    p.y = splat((float)y);
+    p.depth = load(canvas->depth + at);
+    p.position = view_position(canvas, p.x, p.y, p.depth);
+    const lane_3 u = bend_step(canvas, &p, at, 1, 1, 0);
+    const lane_3 v = bend_step(canvas, &p, at, canvas->stride, 0, 1);
+    /* Right × up; v points down. Scaled first: squares of tiny steps underflow. */
+    const lane_f su = 1.0f / max_(max_(abs_(u.x), max_(abs_(u.y), abs_(u.z))), tiny);
+    const lane_f sv = -1.0f / max_(max_(abs_(v.x), max_(abs_(v.y), abs_(v.z))), tiny);
+    const lane_3 a = scale3(u, su), b = scale3(v, sv);
+    lane_3 n = vec3_(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+    const lane_f length = sqrt_(dot3(n, n));
+    const lane_f away = canvas->orthographic ? -n.z : dot3(n, p.position);
+    n = scale3(n, select_(less_(zero, away), -one, one) / max_(length, splat(1e-20f)));
+    const lane_b flat = or_(less_(length, splat(1e-12f)), less_(splat(SKY_LIMIT), p.depth));
+    return vec3_(select_(flat, zero, n.x), select_(flat, zero, n.y), select_(flat, one, n.z));
+}
+
+static void finish_normals(const struct canvas *canvas, bool given, const struct span *span)
+{
     for (int y = span->y_begin; y < span->y_end; y++)
         for (int x = span->x_begin; x < span->x_end; x += LANES) {
             const ptrdiff_t at = canvas_index(canvas, x, y);
-            const lane_3 given = load_normal(canvas, at);
-            const lane_b good = keep ? less_(splat(0.25f), dot3(given, given)) : less_(one, zero);
-            if (!any_(not_(good)))
+            if (!given) {
+                store_normal(canvas, at, bend_normal(canvas, x, y));
                 continue;
-            struct pixel p;
-            p.x = first_lanes() + (float)x;
-            p.y = splat((float)y);
-            p.depth = load(canvas->depth + at);
-            p.position = view_position(canvas, p.x, p.y, p.depth);
-            const lane_3 u = bend_step(canvas, &p, at, 1, 1, 0);
-            const lane_3 v = bend_step(canvas, &p, at, canvas->stride, 0, 1);
-            /* Right × up; v points down. Scaled first: squares of tiny steps underflow. */
-            const lane_f su =
-                1.0f / max_(max_(abs_(u.x), max_(abs_(u.y), abs_(u.z))), splat(1e-30f));
-            const lane_f sv =
-                1.0f / max_(max_(abs_(v.x), max_(abs_(v.y), abs_(v.z))), splat(1e-30f));
-            const lane_3 a = scale3(u, su), b = scale3(v, -sv);
-            lane_3 n = vec3_(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
-            const lane_f length = sqrt_(dot3(n, n));
-            const lane_f away = canvas->orthographic ? -n.z : dot3(n, p.position);
-            n = scale3(n, select_(less_(zero, away), -one, one) / max_(length, splat(1e-20f)));
-            const lane_b flat = or_(less_(length, splat(1e-12f)), less_(splat(SKY_LIMIT), p.depth));
-            n = vec3_(select_(flat, zero, n.x), select_(flat, zero, n.y), select_(flat, one, n.z));
-            store(canvas->normal[0] + at, select_(good, given.x, n.x));
-            store(canvas->normal[1] + at, select_(good, given.y, n.y));
-            store(canvas->normal[2] + at, select_(good, given.z, n.z));
+            }
+            lane_3 n = load_normal(canvas, at);
+            const lane_f square = dot3(n, n);
+            const lane_b good = and_(less_(splat(1e-12f), square), less_(square, splat(1e12f)));
+            n = scale3(n, 1.0f / sqrt_(square));
+            if (any_(not_(good))) {
+                const lane_3 bent = bend_normal(canvas, x, y);
+                n = vec3_(select_(good, n.x, bent.x), select_(good, n.y, bent.y),
+                          select_(good, n.z, bent.z));
+            }
+            store_normal(canvas, at, n);
         }
 }
 
@@ -333,7 +357,7 @@ const struct kernels KERNELS = {
                  [CRANNY_CREASE] = estimate_crease,
                  [CRANNY_ALCHEMY] = estimate_alchemy,
                  [CRANNY_RAYMARCH] = estimate_raymarch},
-    .reconstruct = reconstruct,
+    .finish_normals = finish_normals,
     .edges = edges,
     .blur = blur,
     .upsample = upsample,

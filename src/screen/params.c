@@ -71,7 +71,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
         CHOICE(filter, filter_names, FILTER, "what takes the noise out"),                          \
         WHOLE(filter_radius, "pixels", 1, FILTER_RADIUS_MAX, REACH,                                \
               "reach of the bilateral filter: 6 makes 13 taps each way"),                          \
-        REAL(filter_depth, "radii", 1e-6, 1e3, 0.1,                                                \
+        REAL(filter_depth, "radii", 1e-6, 1e3, 0.05,                                               \
              "distance from each other's plane at which surfaces are apart for the filters"),      \
         REAL(filter_normal, "", -1, 0.999, 0.6,                                                    \
              "cosine of the angle at which surfaces are apart for the filters"),                   \
@@ -86,7 +86,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
-    INTENSITY(1.2),
+    INTENSITY(1.4),
     CONTRAST(1),
     BIAS(0.0002),
     SAMPLES(64, 16),
@@ -99,9 +99,10 @@ static const struct cranny_param ssao_rows[] = {
     CHOICE(rotation, rotation_names, CRANNY_ROTATION_MATRIX,
            "turn the kernel by a matrix, or mirror it"),
     COSINE(1),
+    SPREAD(1),
     REAL(range_default, "", 0, 1, 0.5,
          "screen kernel: what a sample counts whose surface is far in front"),
-    THICKNESS(0.5),
+    THICKNESS(0.35),
     SWITCH(curve, 0, "screen kernel: the published amplification a^2 + a"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
@@ -131,9 +132,9 @@ static const struct cranny_param crease_rows[] = {
     BIAS(0.0002),
     KERNEL(CRANNY_KERNEL_WORLD),
     LIMIT(1),
-    REAL(minimum_crease, "", 0, 0.99, 0.1, "cosine towards a neighbour that does not count yet"),
+    REAL(minimum_crease, "", 0, 0.99, 0.2, "cosine towards a neighbour that does not count yet"),
     REAL(crease_scale, "", 0, 100, 1, "factor on the cosine (the article's Bias)"),
-    REAL(averager, "", 0.01, 1000, 6, "what the sum of all 24 neighbours is divided by"),
+    REAL(averager, "", 0.01, 1000, 7.5, "what the sum of all 24 neighbours is divided by"),
     SWITCH(facing, 0, "count only neighbours that face the pixel, too"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     REAL(bloom_wide, "heights", 0.001, 0.2, 0.03, "deviation of the wide bloom"),
@@ -149,7 +150,7 @@ static const struct cranny_param crease_rows[] = {
 
 static const struct cranny_param alchemy_rows[] = {
     RADIUS,
-    INTENSITY(0.4),
+    INTENSITY(1),
     CONTRAST(1),
     BIAS(0.0002),
     SAMPLES(256, 12),

@@ -45,9 +45,8 @@ static bool allocate(struct canvas *canvas, struct cranny_workspace *workspace, 
     return true;
 }
 
-static void fill(float *row, const struct canvas *canvas, int from, int to, float value)
+static void fill(float *row, int from, int to, float value)
 {
-    (void)canvas;
     for (int x = from; x < to; x++)
         row[x] = value;
 }
@@ -59,12 +58,12 @@ static void fill_halo(const struct canvas *canvas, int y)
     const bool outside = y < 0 || y >= canvas->height;
     const ptrdiff_t at = canvas_index(canvas, 0, y);
     const int right = outside ? -HALO_COLUMNS : canvas->width;
-    fill(canvas->depth + at, canvas, -HALO_COLUMNS, 0, SKY_DEPTH);
-    fill(canvas->depth + at, canvas, right, end, SKY_DEPTH);
+    fill(canvas->depth + at, -HALO_COLUMNS, 0, SKY_DEPTH);
+    fill(canvas->depth + at, right, end, SKY_DEPTH);
     for (int i = 0; i < 3; i++) {
         const float value = i == 2 ? 1 : 0;
-        fill(canvas->normal[i] + at, canvas, -HALO_COLUMNS, 0, value);
-        fill(canvas->normal[i] + at, canvas, right, end, value);
+        fill(canvas->normal[i] + at, -HALO_COLUMNS, 0, value);
+        fill(canvas->normal[i] + at, right, end, value);
     }
 }
 
@@ -77,8 +76,8 @@ float *canvas_plane(const struct canvas *canvas, struct cranny_workspace *worksp
     const int end = (int)canvas->stride - HALO_COLUMNS;
     for (int y = -HALO_ROWS; y < canvas->height + HALO_ROWS; y++) {
         float *row = plane + canvas_index(canvas, 0, y);
-        fill(row, canvas, -HALO_COLUMNS, 0, 1);
-        fill(row, canvas, canvas->width, end, 1);
+        fill(row, -HALO_COLUMNS, 0, 1);
+        fill(row, canvas->width, end, 1);
     }
     return plane;
 }
@@ -98,18 +97,6 @@ static int copy_depth_row(float *out, const float *in, int width, int *surfaces)
     return invalid;
 }
 
-/* Unit, or zero where there is no direction. */
-static inline void store_normal(const struct canvas *canvas, ptrdiff_t at, float x, float y,
-                                float z)
-{
-    const float square = x * x + y * y + z * z;
-    const bool good = square > 1e-12f && square < 1e12f;
-    const float scale = good ? 1 / sqrtf(square) : 0;
-    canvas->normal[0][at] = good ? x * scale : 0;
-    canvas->normal[1][at] = good ? y * scale : 0;
-    canvas->normal[2][at] = good ? z * scale : 0;
-}
-
 static void copy_normal_row(const struct canvas *canvas, int y, const char *in,
                             enum cranny_normal_format format)
 {
@@ -118,14 +105,20 @@ static void copy_normal_row(const struct canvas *canvas, int y, const char *in,
     if (format == CRANNY_NORMAL_FLOAT3 || format == CRANNY_NORMAL_FLOAT4) {
         const size_t step = bytes / sizeof(float);
         const float *n = (const float *)(const void *)in;
-        for (int x = 0; x < canvas->width; x++, n += step)
-            store_normal(canvas, row + x, n[0], n[1], n[2]);
+        float *nx = canvas->normal[0] + row, *ny = canvas->normal[1] + row;
+        float *nz = canvas->normal[2] + row;
+        for (int x = 0; x < canvas->width; x++, n += step) {
+            nx[x] = n[0];
+            ny[x] = n[1];
+            nz[x] = n[2];
+        }
         return;
     }
     for (int x = 0; x < canvas->width; x++) {
         float n[3];
         cranny_normal_decode(format, in + (size_t)x * bytes, n);
-        store_normal(canvas, row + x, n[0], n[1], n[2]);
+        for (int i = 0; i < 3; i++)
+            canvas->normal[i][row + x] = n[i];
     }
 }
 
@@ -186,7 +179,7 @@ enum cranny_status canvas_prepare(struct canvas *canvas, const struct cranny_gbu
 #pragma omp parallel for schedule(static) num_threads(threads)
     for (int y = 0; y < canvas->height; y += ROWS_AT_ONCE) {
         const struct span span = {0, canvas->width, y, min_int(y + ROWS_AT_ONCE, canvas->height)};
-        kernels->reconstruct(canvas, given, &span);
+        kernels->finish_normals(canvas, given, &span);
     }
     *invalid = bad;
     *valid = good;

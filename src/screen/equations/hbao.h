@@ -12,70 +12,83 @@
  * − γ) sin θ. Samples add W (G_i − G_max) as in eq. 6.2.9; 2/N_d Σ G is 1 for a closed hemisphere.
  */
 
-/* Eq. 6.2.9's bracket. `v`: to the sample. */
-static inline lane_f hbao_height(CONSTANTS_ARG struct pixel p, lane_3 v, lane_f vv)
+/* Eq. 6.2.9's bracket. `v`: to the sample, `inverse`: 1 over its length. */
+FUNCTION lane_f hbao_height(CONSTANTS_ARG pixel p, lane_3 v, lane_f inverse)
 {
     const lane_f flat2 = max_(v.x * v.x + v.y * v.y, splat(1e-30f));
-    const lane_f sine = v.z / sqrt_(max_(vv, splat(1e-30f)));
+    const lane_f sine = v.z * inverse;
     /* The plane over this azimuth: n·(x, y, z) = 0. */
     const lane_f rise = -(p.normal.x * v.x + p.normal.y * v.y) / max_(p.normal.z, splat(1e-3f));
-    const lane_f inverse = 1.0f / sqrt_(rise * rise + flat2);
-    const lane_f sine_t = rise * inverse, cosine_t = sqrt_(flat2) * inverse;
+    const lane_f along = 1.0f / sqrt_(rise * rise + flat2);
+    const lane_f sine_t = rise * along, cosine_t = sqrt_(flat2) * along;
     /* sin(t + bias): directions below the bias do not count ("Angle Bias"). */
     const lane_f grounded = sine - (sine_t * K(cosine_bias) + cosine_t * K(sine_bias));
     return max_(grounded, splat(0.0f));
 }
 
 /* G, see above. `view`: unit, to the camera; `nv` = n·view. */
-static inline lane_f hbao_cosine_height(CONSTANTS_ARG struct pixel p, lane_3 view, lane_f nv,
-                                        lane_3 v, lane_f vv)
+FUNCTION lane_f hbao_cosine_height(CONSTANTS_ARG pixel p, lane_3 view, lane_f nv, lane_3 v,
+                                   lane_f inverse)
 {
-    const lane_f zero = splat(0.0f), one = splat(1.0f);
-    const lane_f inverse = 1.0f / sqrt_(max_(vv, splat(1e-30f)));
+    const lane_f zero = splat(0.0f), one = splat(1.0f), tiny = splat(1e-12f);
     const lane_f q = dot3(p.normal, v) * inverse;
     const lane_f c = dot3(view, v) * inverse;
-    const lane_f s = sqrt_(max_(1.0f - c * c, splat(1e-12f)));
-    const lane_f nd = (q - c * nv) / s;
-    const lane_f np = sqrt_(max_(nv * nv + nd * nd, splat(1e-12f)));
-    const lane_f e = 1.57079633f - acos_(clamp_(q / np, -1.0f, 1.0f));
-    const lane_f g = 0.5f * (c * q + nd * e);
+    /* s: the sine of the angle from the view vector; m = n_d s. The normal's length within the
+     * slice is √(nv² + n_d²) = t / s. */
+    const lane_f s2 = max_(1.0f - c * c, tiny), s = sqrt_(s2);
+    const lane_f m = q - c * nv;
+    const lane_f t = sqrt_(max_(nv * nv * s2 + m * m, tiny));
+    const lane_f both = 1.0f / (s * t);
+    const lane_f nd = m * (both * t);
+    const lane_f e = 1.57079633f - acos_(clamp_(q * s * (both * s), -1.0f, 1.0f));
+    const lane_f g = 0.5f * (c * q + nd * e) - 0.5f * (K(sine_bias) * K(sine_bias));
     /* q ≤ sin(bias): below the tangent, or too little above it. */
-    return select_(less_(splat(K(sine_bias)), q),
-                   min_(max_(g - 0.5f * (K(sine_bias) * K(sine_bias)), zero), one), zero);
+    return select_(less_(splat(K(sine_bias)), q), min_(max_(g, zero), one), zero);
 }
 
-/* table[i]: cosine and sine of direction i. */
-static inline lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG struct pixel p)
+/* Sum over all directions, for one of the two integrals. table[i]: cosine and sine of direction i.
+ */
+FUNCTION lane_f hbao_sum(VIEW_ARG CONSTANTS_ARG pixel p, lane_3 view, const int cosine)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f);
-    const lane_3 z_axis = vec3_(zero, zero, one);
-    const lane_f away = sqrt_(max_(dot3(p.position, p.position), splat(1e-30f)));
-    const lane_3 view = VIEW(orthographic) ? z_axis : scale3(p.position, -1.0f / away);
     const lane_f nv = dot3(p.normal, view);
-    const float step = 1.0f / (float)(K(steps) + 1);
+    const float step = 1.0f / float_(K(steps) + 1);
     lane_f sum = zero, taken = zero;
     for (int d = 0; d < K(directions); d++) {
-        const lane_f dx = K(table)[d][0] * p.cosine - K(table)[d][1] * p.sine;
-        const lane_f dy = K(table)[d][0] * p.sine + K(table)[d][1] * p.cosine;
+        const lane_f dx = p.radius_x * (K(table)[d][0] * p.cosine - K(table)[d][1] * p.sine);
+        const lane_f dy = p.radius_y * (K(table)[d][0] * p.sine + K(table)[d][1] * p.cosine);
         lane_f horizon = zero, within = zero;
         for (int i = 0; i < K(steps); i++) {
             /* Even steps as published, or closer ones near the pixel. */
-            const lane_f even = ((float)i + p.jitter + 0.5f) * step;
-            const lane_f along = K(spread) ? even * even : even;
-            const struct surface s = read_surface(VIEW_PASS p.x + dx * p.radius_x * along,
-                                                  p.y + dy * p.radius_y * along, K(clamp));
+            const lane_f even = (float_(i) + p.jitter + 0.5f) * step;
+            const lane_f along = ON(spread) ? even * even : even;
+            const surface s = read_surface(VIEW_PASS p.x + dx * along, p.y + dy * along, K(clamp));
             const lane_3 v = sub3(s.position, p.position);
             const lane_f vv = dot3(v, v);
-            const lane_f height = K(cosine) ? hbao_cosine_height(CONSTANTS_PASS p, view, nv, v, vv)
-                                            : hbao_height(CONSTANTS_PASS p, v, vv);
+            const lane_f inverse = 1.0f / sqrt_(max_(vv, splat(1e-30f)));
+            const lane_f height = cosine != 0
+                                      ? hbao_cosine_height(CONSTANTS_PASS p, view, nv, v, inverse)
+                                      : hbao_height(CONSTANTS_PASS p, v, inverse);
             const lane_f rise = max_(height - horizon, zero);
             const lane_b counts = and_(s.counts, less_(vv, splat(K(radius2))));
-            sum = sum + select_(counts, rise * falloff_(CONSTANTS_PASS vv), zero);
+            const lane_f weight = falloff_(CONSTANTS_PASS vv, vv * inverse);
+            sum = sum + select_(counts, rise * weight, zero);
             horizon = select_(counts, max_(horizon, height), horizon);
             within = within + select_(s.counts, one, zero);
         }
         /* Directions that leave the frame at once say nothing. */
         taken = taken + select_(less_(zero, within), one, zero);
     }
-    return finish_(CONSTANTS_PASS sum / max_(taken, one));
+    return sum / max_(taken, one);
+}
+
+FUNCTION lane_f hbao_estimate(VIEW_ARG CONSTANTS_ARG pixel p)
+{
+    const lane_f zero = splat(0.0f);
+    const lane_f away = sqrt_(max_(dot3(p.position, p.position), splat(1e-30f)));
+    const lane_3 view =
+        VIEW(orthographic) != 0 ? vec3_(zero, zero, splat(1.0f)) : scale3(p.position, -1.0f / away);
+    if (ON(cosine))
+        return finish_(CONSTANTS_PASS hbao_sum(VIEW_PASS CONSTANTS_PASS p, view, 1));
+    return finish_(CONSTANTS_PASS hbao_sum(VIEW_PASS CONSTANTS_PASS p, view, 0));
 }

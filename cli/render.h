@@ -1,0 +1,79 @@
+/* One picture's visibility, from the command line to the files. */
+#ifndef CLI_RENDER_H
+#define CLI_RENDER_H
+
+#include "commands.h"
+#include "depth.h"
+
+/* Beside the methods of the library. */
+#define RENDER_RAYTRACE CRANNY_METHOD_COUNT
+
+struct render_options {
+    int method; /* enum cranny_method, or RENDER_RAYTRACE */
+    const char *output, *gbuffer;
+    int bits; /* −1: by the extension; 0: 8; 1: 16 */
+    bool lit;
+    int repeat;
+};
+
+struct scene_options {
+    int size[2];
+    const char *camera; /* NULL: the first one, else a fitting view */
+    double eye[3], target[3], up[3];
+    int msaa, normals_from; /* indices of the choices */
+};
+
+struct render {
+    struct ui ui;
+    struct load_options load;
+    struct render_options options;
+    struct scene_options view_scene;
+    struct depth_options depth;
+    struct view_options view;
+    const struct interface *face;
+    struct cranny_screen_params screen;
+    struct cranny_raytrace_params raytrace;
+    const char *input;
+    char *output;           /* owned */
+    char *gbuffer_files[3]; /* depth, normal, description; owned; NULL without --gbuffer */
+
+    struct cranny_scene *scene; /* or `image` */
+    struct cranny_tracer *tracer;
+    struct cranny_frame *frame;
+    struct depth_frame image;
+    struct cranny_gbuffer gbuffer;
+
+    float *visibility; /* of the viewport, tight; owned */
+    struct cranny_screen_report screen_report;
+    struct cranny_raytrace_report raytrace_report;
+    double mean_visibility;
+    double load_s, bvh_s, frame_s, write_s, total_s;
+};
+
+extern const struct option_group scene_options;
+struct scene_options scene_options_default(void);
+
+/* "alchemy", "raytrace" …, NULL-terminated. */
+extern const char *const render_methods[];
+
+/* What does not fit together among a scene's options. */
+enum cranny_status scene_options_check(const struct render *render, struct cranny_error *why);
+
+/* Fill `gbuffer` from the scene. */
+enum cranny_status render_draw(struct render *render, struct cranny_error *why);
+
+/* Fill `gbuffer` from images. */
+enum cranny_status render_read(struct render *render, struct cranny_error *why);
+
+/* Fill `visibility` and the reports. */
+enum cranny_status render_estimate(struct render *render, struct cranny_error *why);
+
+/* --gbuffer: its names before the work, its files after it. */
+enum cranny_status gbuffer_name_files(struct render *render, struct cranny_error *why);
+enum cranny_status gbuffer_check_files(const struct render *render, struct cranny_error *why);
+enum cranny_status gbuffer_write(const struct render *render, struct cranny_error *why);
+
+/* The result on stdout; the exit status. */
+int render_print(struct render *render);
+
+#endif
