@@ -155,31 +155,40 @@ static enum cranny_status check_stride(size_t *stride, int width, const char *na
     return CRANNY_OK;
 }
 
-/* What a call runs on: the edges' canvas, the caller's workspace or `own`. */
+/* One filter's call. */
+struct call {
+    struct plane plane;
+    struct cranny_filter_params params;
+    struct cranny_workspace own; /* where the caller has none */
+    struct pipeline pipeline;
+};
+
 static enum cranny_status begin(const struct cranny_edges *edges,
                                 const struct cranny_filter_params *given, int input_width,
-                                struct plane *plane, struct cranny_filter_params *params,
-                                struct cranny_workspace *own, struct pipeline *p,
-                                struct cranny_error *why)
+                                struct call *call, struct cranny_error *why)
 {
+    struct plane *plane = &call->plane;
     if (!edges || !plane->input || !plane->output)
         return fail(why, CRANNY_USAGE, "filter: edges, an input and an output are needed");
     if (!edges->canvas.width)
         return fail(why, CRANNY_USAGE, "edges: they hold no frame, as their last update failed");
-    enum cranny_status status = read_params(given, params, why);
+    const struct canvas *canvas = &edges->canvas;
+    const struct cranny_filter_params *params = &call->params;
+    enum cranny_status status = read_params(given, &call->params, why);
     if (status == CRANNY_OK)
         status = check_stride(&plane->input_stride, input_width, "input_stride", why);
     if (status == CRANNY_OK)
-        status = check_stride(&plane->output_stride, edges->canvas.width, "output_stride", why);
+        status = check_stride(&plane->output_stride, canvas->width, "output_stride", why);
     enum cranny_isa isa;
-    *p = (struct pipeline){.kernels = kernels_choose((enum cranny_isa)params->isa, &isa),
-                           .threads = thread_count(params->threads),
-                           .workspace = params->workspace ? params->workspace : own,
-                           .window = {.viewport = whole(&edges->canvas)},
-                           .canvas = edges->canvas,
-                           .constants = edges->constants,
-                           .region = whole(&edges->canvas),
-                           .any_range = true};
+    call->pipeline =
+        (struct pipeline){.kernels = kernels_choose((enum cranny_isa)params->isa, &isa),
+                          .threads = thread_count(params->threads),
+                          .workspace = params->workspace ? params->workspace : &call->own,
+                          .window = {.viewport = whole(canvas)},
+                          .canvas = *canvas,
+                          .constants = edges->constants,
+                          .region = whole(canvas),
+                          .any_range = true};
     return status;
 }
 
@@ -216,33 +225,32 @@ static enum cranny_status run(const struct cranny_edges *edges,
                               const struct cranny_filter_params *given, enum cranny_filter filter,
                               struct plane plane, struct cranny_error *why)
 {
-    struct cranny_workspace own = {0};
-    struct cranny_filter_params params;
-    struct pipeline p;
-    const int width = edges ? edges->canvas.width : 0;
-    enum cranny_status status = begin(edges, given, width, &plane, &params, &own, &p, why);
+    struct call call = {.plane = plane};
+    enum cranny_status status = begin(edges, given, edges ? edges->canvas.width : 0, &call, why);
     if (status != CRANNY_OK)
         return status;
-    const float height = (float)p.canvas.height;
+    struct pipeline *p = &call.pipeline;
+    const struct cranny_filter_params *params = &call.params;
+    const float height = (float)p->canvas.height;
     const struct cranny_screen_params screen = {.filter = (int)filter,
-                                                .filter_radius = params.reach_px,
-                                                .bloom_wide = params.wide_px / height,
-                                                .bloom_near = params.near_px / height,
-                                                .bloom_wide_gain = params.wide_gain,
-                                                .bloom_near_gain = params.near_gain,
-                                                .bloom_blend = params.blend,
-                                                .edge_bloom = params.edge_bloom};
-    p.params = &screen;
-    p.raw = canvas_plane(&p.canvas, p.workspace, SLOT_RAW);
-    if (!p.raw)
+                                                .filter_radius = params->reach_px,
+                                                .bloom_wide = params->wide_px / height,
+                                                .bloom_near = params->near_px / height,
+                                                .bloom_wide_gain = params->wide_gain,
+                                                .bloom_near_gain = params->near_gain,
+                                                .bloom_blend = params->blend,
+                                                .edge_bloom = params->edge_bloom};
+    p->params = &screen;
+    p->raw = canvas_plane(&p->canvas, p->workspace, SLOT_RAW);
+    if (!p->raw)
         status = fail_memory(why, "filter");
     if (status == CRANNY_OK) {
-        copy_in(&p, &p.canvas, &plane, p.raw);
-        status = filter_apply(&p, why);
+        copy_in(p, &p->canvas, &call.plane, p->raw);
+        status = filter_apply(p, why);
     }
     if (status == CRANNY_OK)
-        copy_out(&p, &plane);
-    workspace_clear(&own);
+        copy_out(p, &call.plane);
+    workspace_clear(&call.own);
     return status;
 }
 
@@ -299,14 +307,11 @@ enum cranny_status cranny_filter_upsample(const struct cranny_edges *edges,
                                           const float *input, size_t input_stride, float *output,
                                           size_t output_stride, struct cranny_error *why)
 {
-    struct cranny_workspace own = {0};
-    struct cranny_filter_params params;
-    struct pipeline p;
-    struct plane plane = {input, output, input_stride, output_stride};
-    const int width = edges ? (edges->canvas.width + 1) / 2 : 0;
-    enum cranny_status status = begin(edges, given, width, &plane, &params, &own, &p, why);
+    struct call call = {.plane = {input, output, input_stride, output_stride}};
+    enum cranny_status status =
+        begin(edges, given, edges ? (edges->canvas.width + 1) / 2 : 0, &call, why);
     if (status == CRANNY_OK)
-        status = upsample(&p, &plane, why);
-    workspace_clear(&own);
+        status = upsample(&call.pipeline, &call.plane, why);
+    workspace_clear(&call.own);
     return status;
 }

@@ -47,10 +47,11 @@ static inline lane_f power_below(lane_f x)
     return bits_float(shift_left(shift_right(float_bits(x), 23), 23));
 }
 
-/* Cells of surface noise, in pixels, before they are rounded down to a power of two of metres. In
- * cells below a pixel each frame's pixels find other ones: at 1, a point's raw value changed by
- * only 5 to 15 % less than with noise on the screen; at 2 by 25 to 35 %; at 4 by 40 %, but then the
- * filter leaves blotches, and eq. 31 rises by 10 % (docs/measurements/temporal.md). */
+/* Width of the cells of surface noise in pixels, before it is rounded down to a power of two of
+ * metres. In cells below a pixel each frame's pixels find other ones: at 1, a point's raw value
+ * changed by only 2 to 19 % less than with a hash on the screen; at 2 by 19 to 35 %; at 4 by 31 to
+ * 46 %, but then the filter leaves blotches: eq. 31 rises by 9 to 15 %, at 2 by 3 to 5
+ * (docs/measurements/temporal.md). */
 #define SURFACE_CELL_PX 2.0f
 
 /* A hash of the cell that the pixel's surface lies in: squares along the two world axes that follow
