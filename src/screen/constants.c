@@ -158,7 +158,7 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
         .fade_scale = p->fade_begin < p->fade_end ? 1 / (p->fade_end - p->fade_begin) : 0,
         .filter_tolerance = p->filter_depth * p->radius_world,
         .filter_cosine = p->filter_normal,
-        .footprint = 0.5f,
+        .footprint = FILTER_FOOTPRINT,
         .samples = p->samples,
         .directions = p->directions,
         .steps = p->steps,

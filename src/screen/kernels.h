@@ -10,6 +10,8 @@
 #define HALO_COLUMNS 32
 #define HALO_ROWS 2
 #define FILTER_RADIUS_MAX 24
+/* Pixels that surfaces may be apart by without an edge, whatever the tolerance. */
+#define FILTER_FOOTPRINT 0.5f
 #define TABLE_MAX 256
 /* Depth that stands for sky inside: its square still fits a float. */
 #define SKY_DEPTH 1e12f

@@ -17,10 +17,15 @@ struct pipeline {
     struct cranny_rect region; /* of the canvas: the viewport and what the filters read beyond it */
     float *raw;                /* estimated, unfiltered */
     float *filtered;
+    bool any_range; /* values are not visibility: beyond [0, 1], too */
 };
 
 /* Pixels beyond the viewport that the filters of `params` may read. */
 int filter_reach(const struct cranny_screen_params *params, int viewport_height);
+
+/* Connections between the canvas' pixels, over the region: for all filters of the frame. (filter.c)
+ */
+enum cranny_status pipeline_edges(struct pipeline *pipeline, struct cranny_error *why);
 
 /* raw → filtered, over the region. (filter.c) */
 enum cranny_status filter_apply(struct pipeline *pipeline, struct cranny_error *why);
