@@ -141,8 +141,8 @@ static void render(FILE *out, const struct page *page, const char *options, cons
 static void commands(FILE *out, const struct page *page)
 {
     char options[96];
-    fputs("<h3>Render it yourself</h3>\n<p>These make the pictures of this section, bit for "
-          "bit.</p>\n<pre>",
+    fputs("<h3>Render it yourself</h3>\n<p>These make the pictures of this section, byte for "
+          "byte but for the maps, which here know more than 8 bits.</p>\n<pre>",
           out);
     snprintf(options, sizeof options, "--method raytrace --rays %d", page->frame.rays);
     render(out, page, options, "truth");

@@ -10,7 +10,8 @@
 #define PI 3.14159265358979323846
 #define PROBE_WIDTH 160
 #define PROBE_HEIGHT 90
-#define PROBE_COUNT ((size_t)PROBE_WIDTH * PROBE_HEIGHT)
+#define PROBE_COUNT (PROBE_WIDTH * PROBE_HEIGHT)
+#define BLOCK 5 /* pixels of the probe each way; divides both sides */
 #define PROBE_RAYS 16
 #define RADIUS_SHARE 0.1 /* of the picture's height at the median depth */
 
@@ -65,20 +66,51 @@ static double median(float *depths, size_t count)
     return used ? (double)depths[used / 2] : 0;
 }
 
-/* Standard deviation over the whole picture, sky left out: neither an even wall nor an empty
- * horizon has any. */
+struct moments {
+    double sum, squares, weight;
+};
+
+static void add(struct moments *moments, double value, double weight)
+{
+    moments->sum += weight * value;
+    moments->squares += weight * value * value;
+    moments->weight += weight;
+}
+
+static double variance(const struct moments *moments)
+{
+    const double mean = moments->sum / fmax(moments->weight, 1);
+    return fmax(moments->squares / fmax(moments->weight, 1) - mean * mean, 0);
+}
+
+/* Adds a block's pixels to `pixels` and their mean to `blocks`; sky does not count. */
+static void add_block(const struct cranny_gbuffer *g, const float *visibility, int left, int top,
+                      struct moments *pixels, struct moments *blocks)
+{
+    struct moments own = {0};
+    for (int y = top; y < top + BLOCK; y++)
+        for (int x = left; x < left + BLOCK; x++) {
+            const size_t at = (size_t)y * PROBE_WIDTH + (size_t)x;
+            if (!isfinite(g->depth[at]))
+                continue;
+            add(&own, (double)visibility[at], 1);
+            add(pixels, (double)visibility[at], 1);
+        }
+    if (own.weight > 0)
+        add(blocks, own.sum / own.weight, own.weight);
+}
+
+/* Standard deviation over the surfaces, times their share of the picture, times the share of the
+ * variance that is coarser than a block: even walls have none, empty horizons little, and in far
+ * leaves it is all fine grain. */
 static double spread(const struct cranny_gbuffer *g, const float *visibility)
 {
-    double sum = 0, squares = 0, count = 0;
-    for (size_t i = 0; i < PROBE_COUNT; i++) {
-        if (!isfinite(g->depth[i]))
-            continue;
-        sum += (double)visibility[i];
-        squares += (double)visibility[i] * (double)visibility[i];
-        count += 1;
-    }
-    const double variance = count > 0 ? squares / count - sum / count * (sum / count) : 0;
-    return sqrt(fmax(variance, 0)) * count / (double)PROBE_COUNT;
+    struct moments pixels = {0}, blocks = {0};
+    for (int y = 0; y < PROBE_HEIGHT; y += BLOCK)
+        for (int x = 0; x < PROBE_WIDTH; x += BLOCK)
+            add_block(g, visibility, x, y, &pixels, &blocks);
+    const double all = variance(&pixels), coarse = variance(&blocks);
+    return all > 0 ? coarse / sqrt(all) * pixels.weight / PROBE_COUNT : 0;
 }
 
 static enum cranny_status measure(const struct cranny_frame *frame, float *values,
