@@ -19,9 +19,9 @@ static const struct about about[FRAME_METHOD_COUNT] = {
      "comes from above it. The depth buffer is taken for a landscape: nothing passes behind a "
      "post or under a table, so a dark rim may grow around what stands in front."},
     {"Fox and Compton 2008, creases",
-     "Each neighbour that rises over the surface's plane darkens it a little; the sum is not an "
+     "Each neighbour that rises over the surface’s plane darkens it a little; the sum is not an "
      "integral of anything, but finds the creases that an eye looks for. Wide, shallow occlusion "
-     "comes out too weak, and busy places too strong."},
+     "comes out too weak."},
     {"McGuire and others 2011, obscurance",
      "Samples on a spiral; one fraction weighs how far each stands over the surface against the "
      "square of its distance, derived from the integral itself. Occluders overlap without knowing "
@@ -60,7 +60,7 @@ static void lit(FILE *out)
                                        "ambient light in the frame",
                                        FRAME_WIDTH,
                                        FRAME_HEIGHT};
-    fputs("<figure>\n", out);
+    fputs("<figure class=\"lit\">\n", out);
     html_split(out, &split);
     fputs("<figcaption>What it is for: the scene’s own colours under ambient light alone, a "
           "little brighter from above, times the visibility that alchemy estimates. No lamp, no "
