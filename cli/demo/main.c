@@ -1,6 +1,7 @@
 /* cranny-demo: bake a scene and show it, before and after, on a page of its own. */
 #include "files.h"
 #include "page.h"
+#include "view.h"
 
 #include <errno.h>
 #include <math.h>
@@ -22,7 +23,7 @@ static const char help[] =
     "  index.html                  the page: pictures before and after, a frame by each "
     "screen-space\n"
     "                              method beside the truth, what was done, how long it took\n"
-    "  before-N.png, after-N.png   from the file's first three cameras, or from views around it\n"
+    "  before-N.png, after-N.png   from the file's first three cameras, or from views of it\n"
     "  frame-*.png                 the truth, each method, its errors, a lit picture\n"
     "  SCENE-ao.glb                the baked scene\n"
     "\n"
@@ -133,7 +134,23 @@ static struct cranny_camera turned(const struct cranny_camera *view, const doubl
     return out;
 }
 
-static enum cranny_status choose_views(struct demo *demo, struct cranny_error *why)
+/* The last view round a building gives way to one from within it. */
+static enum cranny_status go_inside(struct demo *demo, const struct cranny_hooks *hooks,
+                                    struct cranny_error *why)
+{
+    struct cranny_camera camera;
+    bool found;
+    const int last = demo->page.view_count - 1;
+    enum cranny_status status = view_within(demo->scene, hooks, &camera, &found, why);
+    if (status == CRANNY_OK && found) {
+        demo->views[last] = camera;
+        demo->page.view_names[last] = "From within";
+    }
+    return status;
+}
+
+static enum cranny_status choose_views(struct demo *demo, const struct cranny_hooks *hooks,
+                                       struct cranny_error *why)
 {
     static const char *const around[VIEW_LIMIT] = {"From the front", "A third of the way round",
                                                    "Two thirds of the way round"};
@@ -157,7 +174,7 @@ static enum cranny_status choose_views(struct demo *demo, struct cranny_error *w
         demo->page.view_names[i] = around[i - count];
         demo->page.view_count = (int)i + 1;
     }
-    return status;
+    return status == CRANNY_OK ? go_inside(demo, hooks, why) : status;
 }
 
 static enum cranny_status load(struct demo *demo, const struct cranny_hooks *hooks,
@@ -224,10 +241,11 @@ static enum cranny_status picture(struct demo *demo, int number, bool after, uin
     return status;
 }
 
-static enum cranny_status pictures(struct demo *demo, struct cranny_error *why)
+static enum cranny_status pictures(struct demo *demo, const struct cranny_hooks *hooks,
+                                   struct cranny_error *why)
 {
     uint8_t *rgb = malloc((size_t)PICTURE_WIDTH * PICTURE_HEIGHT * 3);
-    enum cranny_status status = rgb ? choose_views(demo, why) : no_memory(why);
+    enum cranny_status status = rgb ? choose_views(demo, hooks, why) : no_memory(why);
     for (int i = 1; status == CRANNY_OK && i <= demo->page.view_count; i++) {
         say(demo, "pictures");
         status = picture(demo, i, false, rgb, why);
@@ -285,7 +303,7 @@ static enum cranny_status show(struct demo *demo, struct cranny_error *why)
         status = save(demo, &hooks, why);
     demo->page.seconds_total = clock_s() - begin;
     if (status == CRANNY_OK)
-        status = pictures(demo, why);
+        status = pictures(demo, &hooks, why);
     if (status == CRANNY_OK)
         status = frame(demo, &hooks, why);
     if (status == CRANNY_OK)

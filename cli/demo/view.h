@@ -1,4 +1,4 @@
-/* Which view shows occlusion best, and the words of cranny render that give it. */
+/* Views: which shows occlusion best, in the words of cranny render; and one from within. */
 #ifndef DEMO_VIEW_H
 #define DEMO_VIEW_H
 
@@ -16,5 +16,9 @@ struct view {
 enum cranny_status view_pick(const struct cranny_scene *scene, const struct cranny_tracer *tracer,
                              const struct cranny_camera *views, int count, struct view *best,
                              struct cranny_error *why);
+
+/* The longest look from within the scene, where there is a place with surfaces all around it. */
+enum cranny_status view_within(const struct cranny_scene *scene, const struct cranny_hooks *hooks,
+                               struct cranny_camera *camera, bool *found, struct cranny_error *why);
 
 #endif
