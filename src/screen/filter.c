@@ -3,6 +3,7 @@
  *
  * All weigh a neighbour by the packed connections between the pixels on the way to it, found once a
  * frame, so that a pass reads one float and one byte a tap instead of depths and normals. */
+#include "base/portable.h"
 #include "screen/pipeline.h"
 
 static float bloom_px(float share, int viewport_height)
@@ -26,6 +27,12 @@ int filter_reach(const struct cranny_screen_params *params, int viewport_height)
     return 0;
 }
 
+/* exp(−x² / 2σ²), the same bits on every machine. */
+static float bell_at(double x, double deviation)
+{
+    return exp2_negative((float)(-0.7213475204444817 * x * x / (deviation * deviation)));
+}
+
 /* A bell of `radius` taps on each side that is a box of four convolved with a Gaussian: noise that
  * repeats every 4 pixels is taken out wholly, whatever the radius (from 3 on). */
 static void bell(int radius, float *weights)
@@ -35,7 +42,7 @@ static void bell(int radius, float *weights)
         double sum = 0;
         for (int j = 0; j < 4; j++) {
             const double at = k + j - 1.5;
-            sum += fabs(at) > radius - 1 ? 0 : exp(-0.5 * at * at / (deviation * deviation));
+            sum += fabs(at) > radius - 1 ? 0 : (double)bell_at(at, deviation);
         }
         weights[k] = (float)sum;
     }
@@ -47,7 +54,7 @@ static void bell(int radius, float *weights)
 static void gaussian(int radius, float deviation, float *weights)
 {
     for (int k = 0; k <= radius; k++)
-        weights[k] = (float)exp(-0.5 * k * k / ((double)deviation * deviation));
+        weights[k] = bell_at(k, (double)deviation);
 }
 
 enum cranny_status pipeline_edges(struct pipeline *p, struct cranny_error *why)
@@ -68,7 +75,7 @@ enum cranny_status pipeline_edges(struct pipeline *p, struct cranny_error *why)
     r.width += p->region.x - r.x;
     r.y = max_int(0, r.y - 1);
     r.height += p->region.y - r.y;
-    FOR_SPANS(r, p->threads, span, p->kernels->edges(c, &p->constants, &span));
+    FOR_TILES(r, row_tiles, p->threads, span, p->kernels->edges(c, &p->constants, &span));
     return CRANNY_OK;
 }
 
@@ -77,9 +84,9 @@ static void blur_both(const struct pipeline *p, int before, int after, const flo
                       const float *in, float *between, float *out)
 {
     const struct canvas *c = &p->canvas;
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->blur(c, false, before, after, weights, &span, in, between));
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->blur(c, true, before, after, weights, &span, between, out));
 }
 

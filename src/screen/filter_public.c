@@ -294,7 +294,7 @@ static enum cranny_status upsample(struct pipeline *p, const struct plane *plane
     if (!coarse || !p->filtered)
         return fail_memory(why, "upsample");
     copy_in(p, &half, plane, coarse);
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->upsample(&p->canvas, &half, &p->constants, &span, coarse, p->filtered));
     for (int y = 0; y < p->canvas.height; y++)
         memcpy(output_row(plane, y), p->filtered + canvas_index(&p->canvas, 0, y),

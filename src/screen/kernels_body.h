@@ -27,14 +27,6 @@
 #include "screen/equations/raymarch.h"
 #include "screen/equations/ssao.h"
 
-/* Sixteen evenly spread turns: neighbours, rows, columns and 2×2 blocks all differ by far. */
-static const float tile_turns[16] = {0,       0.5f,    0.125f,  0.625f,  0.75f,   0.25f,
-                                     0.875f,  0.375f,  0.1875f, 0.6875f, 0.0625f, 0.5625f,
-                                     0.9375f, 0.4375f, 0.8125f, 0.3125f};
-static const float tile_jitters[16] = {0.03125f, 0.28125f, 0.53125f, 0.78125f, 0.59375f, 0.84375f,
-                                       0.09375f, 0.34375f, 0.40625f, 0.15625f, 0.90625f, 0.65625f,
-                                       0.96875f, 0.71875f, 0.46875f, 0.21875f};
-
 static inline lane_3 load_normal(const struct canvas *canvas, ptrdiff_t at)
 {
     return vec3_(load(canvas->normal[0] + at), load(canvas->normal[1] + at),
@@ -84,53 +76,48 @@ static inline lane_i surface_hash(const struct canvas *canvas,
 }
 
 static inline void pixel_noise(const struct canvas *canvas,
-                               const struct screen_constants *constants, lane_i column, int row,
+                               const struct screen_constants *constants, int x, int y,
                                struct pixel *p)
 {
-    lane_f turn = splat(0.5f);
-    p->jitter = splat(0.5f);
-    const lane_i ix = column - splat_int(canvas->origin_x);
-    const int iy = row - canvas->origin_y;
+    const int ix = x - canvas->origin_x, iy = y - canvas->origin_y;
     if (constants->anchor == CRANNY_ANCHOR_SURFACE || constants->noise == CRANNY_NOISE_HASH) {
         lane_i hash;
+        const lane_i row = splat_int((int32_t)((uint32_t)iy + constants->seed));
         if (constants->anchor == CRANNY_ANCHOR_SURFACE)
             hash = surface_hash(canvas, constants, p);
         else
-            hash = hash_(
-                add_u32(ix, hash_(add_u32(splat_int(iy), splat_int((int32_t)constants->seed)))));
-        turn = unit_(hash);
+            hash = hash_(add_u32(add_u32(to_int(first_lanes()), splat_int(ix)), hash_(row)));
+        turn_(unit_(hash), &p->cosine, &p->sine);
         p->jitter = unit_(hash_(add_u32(hash, splat_int(0x51ed270b))));
-    } else if (constants->noise == CRANNY_NOISE_TILE) {
-        const int shift = (int)(constants->seed & 15);
-        const lane_i cell = (ix & 3) ^ splat_int(((iy & 3) * 4) ^ shift);
-        turn = gather(tile_turns, cell);
-        p->jitter = gather(tile_jitters, cell);
+        return;
     }
-    turn_(turn, &p->cosine, &p->sine);
+    const float(*tile)[NOISE_ROW] = constants->noise_rows[iy & 3];
+    p->cosine = load(tile[0] + (ix & 3));
+    p->sine = load(tile[1] + (ix & 3));
+    p->jitter = load(tile[2] + (ix & 3));
 }
 
 /* Everything that an estimator asks of its pixel. Returns where there is nothing to estimate: sky,
  * and surfaces on which the radius is below a pixel. */
-static inline lane_b pixel_setup(const struct canvas *canvas,
-                                 const struct screen_constants *constants, int x, int y,
-                                 struct pixel *p)
+static inline __attribute__((always_inline)) lane_b
+pixel_setup(const struct canvas *canvas, const struct screen_constants *constants, int x, int y,
+            struct pixel *p)
 {
     const ptrdiff_t at = canvas_index(canvas, x, y);
     p->x = first_lanes() + (float)x;
     p->y = splat((float)y);
     p->depth = load(canvas->depth + at);
+    const lane_f radius_px =
+        constants->radius / (fabsf(canvas->scale_x) * view_w(canvas, p->depth));
+    p->radius_x = min_(radius_px, splat(constants->limit_px));
+    p->radius_y = p->radius_x * fabsf(canvas->scale_x / canvas->scale_y);
+    const lane_b sky = less_(splat(SKY_LIMIT), p->depth);
+    const lane_b open = constants->world ? or_(sky, less_(radius_px, splat(1.0f))) : sky;
+    if (!any_(not_(open)))
+        return open;
     p->position = view_position(canvas, p->x, p->y, p->depth);
     p->normal = load_normal(canvas, at);
-    const lane_f w = view_w(canvas, p->depth);
-    lane_f rx = constants->radius / (fabsf(canvas->scale_x) * w);
-    lane_f ry = constants->radius / (fabsf(canvas->scale_y) * w);
-    const lane_f shrink = min_(constants->limit_px / rx, splat(1.0f));
-    p->radius_x = rx * shrink;
-    p->radius_y = ry * shrink;
-    const lane_b open = or_(less_(splat(SKY_LIMIT), p->depth),
-                            constants->world ? less_(rx, splat(1.0f)) : less_(rx, rx));
-    if (any_(not_(open)))
-        pixel_noise(canvas, constants, to_int(p->x), y, p);
+    pixel_noise(canvas, constants, x, y, p);
     return open;
 }
 

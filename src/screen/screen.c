@@ -73,7 +73,8 @@ static enum cranny_status prepare(struct pipeline *p, struct cranny_error *why)
 static void estimate_full(struct pipeline *p)
 {
     estimate_fn *estimate = p->kernels->estimate[p->params->method];
-    FOR_SPANS(p->region, p->threads, span, estimate(&p->canvas, &p->constants, &span, p->raw));
+    FOR_TILES(p->region, square_tiles, p->threads, span,
+              estimate(&p->canvas, &p->constants, &span, p->raw));
 }
 
 static enum cranny_status estimate_half(struct pipeline *p, double *upsample_ms,
@@ -93,9 +94,9 @@ static enum cranny_status estimate_half(struct pipeline *p, double *upsample_ms,
     struct cranny_rect region = {r.x / 2 / 16 * 16, r.y / 2, 0, 0};
     region.width = min_int(half.width, (r.x + r.width) / 2 + 1) - region.x;
     region.height = min_int(half.height, (r.y + r.height) / 2 + 1) - region.y;
-    FOR_SPANS(region, p->threads, span, estimate(&half, &constants, &span, raw));
+    FOR_TILES(region, square_tiles, p->threads, span, estimate(&half, &constants, &span, raw));
     const double begin = seconds_now();
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->upsample(&p->canvas, &half, &p->constants, &span, raw, p->raw));
     *upsample_ms = 1e3 * (seconds_now() - begin);
     return CRANNY_OK;
