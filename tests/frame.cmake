@@ -1,2 +1,3 @@
 cranny_test(frame LAYERS frame)
 cranny_test(raytrace LAYERS frame TIMEOUT 300)
+cranny_test(colors LAYERS frame)

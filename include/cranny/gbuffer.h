@@ -105,7 +105,8 @@ enum cranny_depth_format {
 struct cranny_depth_layout {
     enum cranny_depth_kind kind;
     enum cranny_depth_format format;
-    bool gl_range; /* values run −1 … 1 (OpenGL's NDC) instead of 0 … 1 */
+    bool gl_range; /* values run −1 … 1 (OpenGL's NDC) instead of 0 … 1. UNORM formats cannot and
+                      hold 0 … 1 all the same; so do depth buffers read back from OpenGL */
     bool reversed; /* 1 is near and 0 (or −1) far; before `gl_range` is undone: near at its top */
     float near_plane;   /* metres, > 0 for DEVICE */
     float far_plane;    /* metres; INFINITY allowed for DEVICE */
@@ -127,8 +128,10 @@ CRANNY_API float cranny_depth_encode(const struct cranny_depth_layout *layout, f
 
 /* Projection and depth convention out of a 4×4 matrix that takes view to clip space (column-major
  * as in OpenGL and Vulkan: m[4 * column + row]). `gl_range`: the matrix's depth runs −1 … 1.
- * Reversed and infinite matrices, and ones that flip y (Vulkan), are recognised. `layout` may be
- * NULL. CRANNY_USAGE when it is neither a perspective nor a parallel projection. */
+ * Reversed and infinite matrices, ones that flip y (Vulkan) and left-handed perspective ones are
+ * recognised. `layout`: of the matrix's own depth; clear its gl_range for floats read back from an
+ * OpenGL depth buffer, which holds 0 … 1. May be NULL. CRANNY_USAGE when it is neither a
+ * perspective nor a parallel projection. */
 CRANNY_API enum cranny_status cranny_projection_from_matrix(const float m[16], bool gl_range,
                                                             struct cranny_projection *projection,
                                                             struct cranny_depth_layout *layout,
@@ -142,7 +145,7 @@ CRANNY_API enum cranny_status cranny_normals_reconstruct(const struct cranny_gbu
                                                          int threads, float *normals, size_t stride,
                                                          struct cranny_error *why);
 
-/* Decode one normal of `format`; not renormalised. */
+/* Decode one normal of `format`; not renormalised (octahedral ones are unit as they come). */
 CRANNY_API void cranny_normal_decode(enum cranny_normal_format format, const void *stored,
                                      float normal[3]);
 
@@ -166,8 +169,8 @@ struct cranny_depth_advice {
 /* The doctor: what is wrong with a frame, worst first. Finds: NaN and infinities, wrong sign,
  * device depth (also reversed or logarithmic) in place of linear, 16-bit steps, a scale that is no
  * metre's, normals of wrong sign, axis, range or space, or not unit. `text` is one line: what is
- * wrong and what to pass. `advice` may be NULL. The projection may be left zero: 60° are then
- * assumed, and said. */
+ * wrong and what to pass. `advice` may be NULL; all 0 when depth must be converted first. The
+ * projection may be left zero: 60° are then assumed, and said. */
 CRANNY_API enum cranny_status cranny_gbuffer_check(const struct cranny_gbuffer *gbuffer,
                                                    cranny_depth_finding_fn *report, void *user,
                                                    struct cranny_depth_advice *advice,

@@ -20,6 +20,7 @@ struct cranny_scene_load_params {
     bool allow_outside; /* read files that the scene names outside its own folder; default false */
     int scene;          /* index into glTF `scenes`; -1 (default): the file's default, else the first,
                            else every root node */
+    bool colors;        /* keep base colour textures, for pictures; default false */
     uint64_t memory_limit_bytes;      /* decoded geometry and images beyond this are refused with
                                          CRANNY_MEMORY; default 16 GiB */
     const struct cranny_hooks *hooks; /* warnings and progress; may be NULL */
@@ -65,6 +66,8 @@ struct cranny_material {
     int alpha_texture;  /* index of a texture in the scene, -1: none */
     float uv_transform[6]; /* u' = t0 u + t1 v + t2, v' = t3 u + t4 v + t5 (KHR_texture_transform) */
     float base_color[4];   /* linear base colour factor */
+    int color_texture;     /* index of a colour texture, which takes the same transform; -1: none.
+                              Only scenes that are loaded with `colors` have any */
 };
 
 /* Texture coordinates beyond [0,1]. */
@@ -77,6 +80,14 @@ struct cranny_alpha_texture {
     const uint8_t *alpha;
 };
 
+/* A base colour texture, sRGB, 3 bytes a texel, rows top to bottom without padding. Large ones are
+ * scaled down to 512 texels at most each way. */
+struct cranny_color_texture {
+    uint32_t width, height;
+    enum cranny_wrap wrap_u, wrap_v;
+    const uint8_t *rgb;
+};
+
 /* Geometry in object space. Arrays belong to the scene and live as long as it does. */
 struct cranny_mesh {
     const char *name; /* "" when it has none */
@@ -84,7 +95,7 @@ struct cranny_mesh {
     uint32_t triangle_count;
     const float (*positions)[3];        /* vertex_count */
     const float (*normals)[3];          /* vertex_count unit vectors, or NULL: faces are flat */
-    const float (*texcoords)[2];        /* vertex_count, for alpha lookups; NULL when none is needed */
+    const float (*texcoords)[2];        /* vertex_count, for textures; NULL when none is needed */
     const uint32_t (*triangles)[3];     /* triangle_count; every index below vertex_count */
     const uint32_t *triangle_materials; /* triangle_count; every index a material of the scene */
 };
@@ -111,6 +122,7 @@ CRANNY_API uint32_t cranny_scene_mesh_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_instance_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_material_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_texture_count(const struct cranny_scene *scene);
+CRANNY_API uint32_t cranny_scene_color_texture_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_camera_count(const struct cranny_scene *scene);
 
 /* Triangles and vertices in the world: each mesh counted once per instance. */
@@ -126,6 +138,8 @@ CRANNY_API const struct cranny_material *cranny_scene_material(const struct cran
                                                                uint32_t index);
 CRANNY_API const struct cranny_alpha_texture *cranny_scene_texture(const struct cranny_scene *scene,
                                                                    uint32_t index);
+CRANNY_API const struct cranny_color_texture *
+cranny_scene_color_texture(const struct cranny_scene *scene, uint32_t index);
 CRANNY_API const struct cranny_camera *cranny_scene_camera(const struct cranny_scene *scene,
                                                            uint32_t index);
 

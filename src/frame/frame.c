@@ -3,6 +3,7 @@
 #include "frame/frame.h"
 
 #include "base/sequence.h"
+#include "base/srgb.h"
 #include "base/vector.h"
 #include "base/watch.h"
 #include "trace/gather.h"
@@ -97,20 +98,6 @@ static void view_normal(const struct cranny_frame *frame, const double n[3], flo
         out[i] = (float)(m[i] * n[0] + m[4 + i] * n[1] + m[8 + i] * n[2]);
 }
 
-static void sample_color(const struct cranny_frame *frame, const struct cranny_hit *hit,
-                         uint16_t color[3])
-{
-    const float *base = (const float[4]){1, 1, 1, 1};
-    if (hit->instance != UINT32_MAX) {
-        const struct cranny_mesh *mesh = cranny_scene_mesh(
-            frame->scene, cranny_scene_instance(frame->scene, hit->instance)->mesh);
-        base = cranny_scene_material(frame->scene, mesh->triangle_materials[hit->triangle])
-                   ->base_color;
-    }
-    for (int i = 0; i < 3; i++)
-        color[i] = (uint16_t)(65535 * clamp_float(base[i], 0, 1) + 0.5f);
-}
-
 /* What the ray of a sample met goes into the buffers. */
 static void keep_surface(struct cranny_frame *frame, size_t index, const struct frame_ray *ray,
                          const double unit[3], const struct cranny_hit *hit, double traced)
@@ -127,7 +114,7 @@ static void keep_surface(struct cranny_frame *frame, size_t index, const struct 
     face_viewer(unit, surface.normal);
     view_normal(frame, surface.normal, frame->normals[index]);
     frame->depth[index] = (float)surface.depth;
-    sample_color(frame, hit, frame->colors[index]);
+    frame_color(frame, hit, frame->colors[index]);
 }
 
 static void draw_sample(struct cranny_frame *frame, struct frame_pixel pixel)
@@ -208,6 +195,8 @@ enum cranny_status cranny_frame_create(const struct cranny_scene *scene,
                                   .guard = params->guard_band,
                                   .samples = params->samples,
                                   .shading = (enum cranny_frame_normals)params->normals};
+    for (int i = 0; i < 256; i++)
+        made->decode[i] = srgb_decode((uint8_t)i);
     status = make_rigid(made, &lens, why);
     if (status == CRANNY_OK)
         status = allocate(made, why);

@@ -30,6 +30,7 @@ struct cranny_frame {
     float (*normals)[3];
     struct frame_hit *hits;
     uint16_t (*colors)[3]; /* linear base colour, 65535 is 1 */
+    float decode[256];     /* sRGB bytes to linear */
 };
 
 /* A pixel's sample: x and y from the viewport's corner. */
@@ -62,6 +63,9 @@ struct frame_surface {
  * back on when the face is too thin to have a plane, or seen along it. */
 struct frame_surface frame_surface(const struct cranny_frame *frame, const struct frame_ray *ray,
                                    const struct frame_hit *hit, double traced);
+
+/* The base colour at a hit: the material's factor times its texture. White for the ground. */
+void frame_color(const struct cranny_frame *frame, const struct cranny_hit *hit, uint16_t color[3]);
 
 /* A view-space vector in the world. */
 void frame_to_world(const struct cranny_frame *frame, const float view[3], double world[3]);

@@ -92,7 +92,9 @@ enum cranny_status document_import(const char *path, bool allow_outside, uint64_
 
 /* Decode a document's geometry, materials, cameras and nodes into `scene`. (gltf.c) */
 struct cranny_scene;
-enum cranny_status gltf_read(struct document *document, int scene_index, struct cranny_scene *scene,
-                             struct cranny_error *why);
+struct cranny_scene_load_params;
+enum cranny_status gltf_read(struct document *document,
+                             const struct cranny_scene_load_params *params,
+                             struct cranny_scene *scene, struct cranny_error *why);
 
 #endif

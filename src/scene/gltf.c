@@ -45,13 +45,14 @@ static enum cranny_status read_parts(struct gltf *gltf, int scene_index, struct 
     return status;
 }
 
-enum cranny_status gltf_read(struct document *document, int scene_index, struct cranny_scene *scene,
-                             struct cranny_error *why)
+enum cranny_status gltf_read(struct document *document,
+                             const struct cranny_scene_load_params *params,
+                             struct cranny_scene *scene, struct cranny_error *why)
 {
-    struct gltf gltf = {.document = document, .scene = scene};
+    struct gltf gltf = {.document = document, .scene = scene, .colors = params->colors};
     enum cranny_status status = check_arrays(document, why);
     if (status == CRANNY_OK)
-        status = read_parts(&gltf, scene_index, why);
+        status = read_parts(&gltf, params->scene, why);
     gltf_close(&gltf);
     return status;
 }

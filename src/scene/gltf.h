@@ -18,19 +18,21 @@ struct node {
 /* A glTF material as far as it has been looked at. */
 struct material_state {
     bool prepared; /* its texture has been decoded, or found missing */
-    int texcoord;  /* set that the alpha texture wants; -1: no texture */
+    int texcoord;  /* set that its texture wants; -1: no texture */
 };
 
-/* Alpha planes already decoded, by image and wrap modes. */
+/* Textures already decoded, by image and wrap modes. */
 struct texture_key {
     int image;
     enum cranny_wrap wrap_u, wrap_v;
     int texture; /* in the scene; -1: opaque or undecodable */
+    int color;   /* among its colour textures; -1: not wanted or undecodable */
 };
 
 struct gltf {
     struct document *document;
     struct cranny_scene *scene;
+    bool colors; /* wanted, besides alpha */
     struct views views;
     struct node *nodes;
     size_t node_count;
@@ -56,6 +58,11 @@ enum cranny_status materials_read(struct gltf *gltf, struct cranny_error *why);
  * decoded. *texcoord: the set its texture wants, -1: none. */
 enum cranny_status material_use(struct gltf *gltf, int material, uint32_t *index, int *texcoord,
                                 struct cranny_error *why);
+
+/* color.c: an image as a colour texture of the scene, not too large. */
+struct image;
+enum cranny_status color_add(struct gltf *gltf, const struct image *image,
+                             const struct texture_key *key, int *color, struct cranny_error *why);
 
 /* How a node shows its mesh: skinned, morphed, or (all NULL) as it is stored. */
 struct pose {

@@ -58,8 +58,8 @@ static enum cranny_status scene_from(struct document *document,
     (*scene)->format = format_name(document);
     const json_t *asset = json_object_get(document->root, "asset");
     (*scene)->generator = copy_text(json_string_value(json_object_get(asset, "generator")));
-    status = (*scene)->generator ? gltf_read(document, params->scene, *scene, why)
-                                 : fail_memory(why, "scene");
+    status =
+        (*scene)->generator ? gltf_read(document, params, *scene, why) : fail_memory(why, "scene");
     document->hooks = NULL;
     if (status != CRANNY_OK)
         cranny_scene_destroy(scene);

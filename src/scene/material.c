@@ -177,8 +177,8 @@ static enum cranny_status add_alpha(struct gltf *gltf, const struct image *image
 }
 
 /* A broken image is a warning, too large a one an error: a bake without it would mislead. */
-static enum cranny_status decode_alpha(struct gltf *gltf, const struct texture_key *key,
-                                       int *texture, struct cranny_error *why)
+static enum cranny_status decode_texture(struct gltf *gltf, struct texture_key *key,
+                                         struct cranny_error *why)
 {
     struct document *document = gltf->document;
     const uint8_t *data;
@@ -187,7 +187,7 @@ static enum cranny_status decode_alpha(struct gltf *gltf, const struct texture_k
     struct cranny_error problem = {0};
     struct image image = {0};
     char name[64];
-    *texture = -1;
+    key->texture = key->color = -1;
     snprintf(name, sizeof name, "/images/%d", key->image);
     enum cranny_status status =
         document_image(document, (size_t)key->image, &data, &size, &owned, &problem);
@@ -202,7 +202,10 @@ static enum cranny_status decode_alpha(struct gltf *gltf, const struct texture_k
     }
     if (status != CRANNY_OK)
         return fail(why, status, "%s", problem.message);
-    status = add_alpha(gltf, &image, key, texture, why);
+    if (gltf->colors)
+        status = color_add(gltf, &image, key, &key->color, why);
+    if (status == CRANNY_OK)
+        status = add_alpha(gltf, &image, key, &key->texture, why);
     image_free(&image);
     return status;
 }
@@ -215,10 +218,11 @@ static enum cranny_status find_texture(struct gltf *gltf, struct texture_key *ke
         if (known->image == key->image && known->wrap_u == key->wrap_u &&
             known->wrap_v == key->wrap_v) {
             key->texture = known->texture;
+            key->color = known->color;
             return CRANNY_OK;
         }
     }
-    enum cranny_status status = decode_alpha(gltf, key, &key->texture, why);
+    enum cranny_status status = decode_texture(gltf, key, why);
     if (status != CRANNY_OK)
         return status;
     if (!grow_array((void **)&gltf->texture_keys, &gltf->texture_key_capacity,
@@ -236,18 +240,20 @@ static enum cranny_status prepare(struct gltf *gltf, size_t index, struct cranny
     json_t *info;
     const json_t *owner;
     const char *factor;
-    struct texture_key key = {.image = -1, .texture = -1};
+    struct texture_key key = {.image = -1, .texture = -1, .color = -1};
+    const bool masked = material->alpha_mode != CRANNY_ALPHA_OPAQUE;
     *state = (struct material_state){.prepared = true, .texcoord = -1};
     alpha_source(json_array_get(document_array(gltf->document, "materials"), index), &info, &factor,
                  &owner);
-    if (material->alpha_mode == CRANNY_ALPHA_OPAQUE || !info)
+    if (!info || !(masked || gltf->colors))
         return CRANNY_OK;
     enum cranny_status status = find_image(gltf, &place, info, &key, why);
     if (status == CRANNY_OK && key.image >= 0)
         status = find_texture(gltf, &key, why);
-    if (status != CRANNY_OK || key.texture < 0)
+    material->alpha_texture = masked ? key.texture : -1;
+    material->color_texture = key.color;
+    if (status != CRANNY_OK || (material->alpha_texture < 0 && material->color_texture < 0))
         return status;
-    material->alpha_texture = key.texture;
     read_uv_transform(info, material->uv_transform, &state->texcoord);
     return CRANNY_OK;
 }

@@ -69,7 +69,7 @@ static enum cranny_status find_texcoord(struct builder *b, const struct place *p
                     document_count(document, "accessors"), &run->texcoord_accessor, why);
     if (status == CRANNY_OK && run->texcoord_accessor < 0) {
         warn_at(document, place,
-                "its material's alpha texture wants %s, which is missing; "
+                "its material's texture wants %s, which is missing; "
                 "the texture's corner is used",
                 name);
         run->texcoord = -1;

@@ -41,7 +41,10 @@ void cranny_scene_destroy(struct cranny_scene **scene)
     free(s->meshes);
     free(s->instances);
     free(s->materials);
+    for (size_t i = 0; i < s->color_count; i++)
+        free((void *)s->colors[i].rgb);
     free(s->textures);
+    free(s->colors);
     free(s->cameras);
     free(s->generator);
     document_destroy(&s->document);
@@ -113,6 +116,17 @@ const struct cranny_alpha_texture *cranny_scene_texture(const struct cranny_scen
     return &scene->textures[index];
 }
 
+uint32_t cranny_scene_color_texture_count(const struct cranny_scene *scene)
+{
+    return (uint32_t)scene->color_count;
+}
+
+const struct cranny_color_texture *cranny_scene_color_texture(const struct cranny_scene *scene,
+                                                              uint32_t index)
+{
+    return &scene->colors[index];
+}
+
 const struct cranny_camera *cranny_scene_camera(const struct cranny_scene *scene, uint32_t index)
 {
     return &scene->cameras[index];
@@ -125,7 +139,8 @@ struct cranny_material cranny_material_default(void)
                                     .opacity = 1,
                                     .alpha_texture = -1,
                                     .uv_transform = {1, 0, 0, 0, 1, 0},
-                                    .base_color = {1, 1, 1, 1}};
+                                    .base_color = {1, 1, 1, 1},
+                                    .color_texture = -1};
 }
 
 double transform_determinant(const double m[12])
@@ -176,8 +191,8 @@ void cranny_scene_bounds(const struct cranny_scene *scene, double bounds[6])
         for (uint32_t t = 0; t < mesh->triangle_count; t++) {
             for (int c = 0; c < 3; c++) {
                 double p[3];
-                transform_point(instance->world_from_object,
-                                mesh->positions[mesh->triangles[t][c]], p);
+                transform_point(instance->world_from_object, mesh->positions[mesh->triangles[t][c]],
+                                p);
                 for (int k = 0; k < 3; k++) {
                     bounds[k] = any ? fmin(bounds[k], p[k]) : p[k];
                     bounds[3 + k] = any ? fmax(bounds[3 + k], p[k]) : p[k];
@@ -196,12 +211,14 @@ enum cranny_status cranny_scene_add_material(struct cranny_scene *scene,
         return fail(why, CRANNY_USAGE, "material: alpha_texture %d; the scene has %zu textures",
                     material->alpha_texture, scene->texture_count);
     if (!(material->opacity >= 0 && material->opacity <= 1) || isnan(material->alpha_cutoff))
-        return fail(why, CRANNY_USAGE, "material: opacity must lie in [0, 1], alpha_cutoff be a number");
+        return fail(why, CRANNY_USAGE,
+                    "material: opacity must lie in [0, 1], alpha_cutoff be a number");
     if (!grow_array((void **)&scene->materials, &scene->material_capacity,
                     scene->material_count + 1, sizeof *scene->materials))
         return fail_memory(why, "material");
     struct cranny_material *copy = &scene->materials[scene->material_count];
     *copy = *material;
+    copy->color_texture = -1;
     copy->name = copy_text(material->name);
     if (!copy->name)
         return fail_memory(why, "material");

@@ -39,6 +39,8 @@ struct cranny_scene {
     size_t material_count, material_capacity;
     struct cranny_alpha_texture *textures; /* alpha malloced */
     size_t texture_count, texture_capacity;
+    struct cranny_color_texture *colors; /* rgb malloced */
+    size_t color_count, color_capacity;
     struct cranny_camera *cameras; /* names malloced */
     size_t camera_count, camera_capacity;
     struct document *document; /* owned; NULL for scenes built from arrays */

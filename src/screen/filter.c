@@ -26,7 +26,24 @@ int filter_reach(const struct cranny_screen_params *params, int viewport_height)
     return 0;
 }
 
-/* Deviation of half the reach: a 4×4 tile of noise is then gone. */
+/* A bell of `radius` taps on each side that is a box of four convolved with a Gaussian: noise that
+ * repeats every 4 pixels is taken out wholly, whatever the radius (from 3 on). */
+static void bell(int radius, float *weights)
+{
+    const double deviation = 0.5 * (radius + 1);
+    for (int k = 0; k <= radius; k++) {
+        double sum = 0;
+        for (int j = 0; j < 4; j++) {
+            const double at = k + j - 1.5;
+            sum += fabs(at) > radius - 1 ? 0 : exp(-0.5 * at * at / (deviation * deviation));
+        }
+        weights[k] = (float)sum;
+    }
+    if (radius < 3)
+        for (int k = 0; k <= radius; k++)
+            weights[k] = 1;
+}
+
 static void gaussian(int radius, float deviation, float *weights)
 {
     for (int k = 0; k <= radius; k++)
@@ -168,7 +185,7 @@ enum cranny_status filter_apply(struct pipeline *p, struct cranny_error *why)
         static const float even[3] = {1, 1, 1};
         blur_both(p, 2, 1, even, p->raw, first, second);
     } else {
-        gaussian(radius, 0.5f * (float)(radius + 1), weights);
+        bell(radius, weights);
         blur_both(p, radius, radius, weights, p->raw, first, second);
     }
     p->filtered = second;

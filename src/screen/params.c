@@ -86,9 +86,9 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
-    INTENSITY(1),
+    INTENSITY(1.2),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     SAMPLES(64, 16),
     KERNEL(CRANNY_KERNEL_WORLD),
     REAL(kernel_scale, "", 1e-4, 1, 0.01,
@@ -101,16 +101,16 @@ static const struct cranny_param ssao_rows[] = {
     COSINE(1),
     REAL(range_default, "", 0, 1, 0.5,
          "screen kernel: what a sample counts whose surface is far in front"),
-    THICKNESS(1),
+    THICKNESS(0.5),
     SWITCH(curve, 0, "screen kernel: the published amplification a^2 + a"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param hbao_rows[] = {
     RADIUS,
-    INTENSITY(1),
+    INTENSITY(1.1),
     CONTRAST(1),
     DIRECTIONS(64, 4),
     STEPS(4),
@@ -121,19 +121,19 @@ static const struct cranny_param hbao_rows[] = {
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param crease_rows[] = {
     RADIUS,
     INTENSITY(1),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     KERNEL(CRANNY_KERNEL_WORLD),
     LIMIT(1),
-    REAL(minimum_crease, "", 0, 0.99, 0.05, "cosine towards a neighbour that does not count yet"),
+    REAL(minimum_crease, "", 0, 0.99, 0.1, "cosine towards a neighbour that does not count yet"),
     REAL(crease_scale, "", 0, 100, 1, "factor on the cosine (the article's Bias)"),
-    REAL(averager, "", 0.01, 1000, 12, "what the sum of all 24 neighbours is divided by"),
+    REAL(averager, "", 0.01, 1000, 6, "what the sum of all 24 neighbours is divided by"),
     SWITCH(facing, 0, "count only neighbours that face the pixel, too"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     REAL(bloom_wide, "heights", 0.001, 0.2, 0.03, "deviation of the wide bloom"),
@@ -144,33 +144,33 @@ static const struct cranny_param crease_rows[] = {
     SWITCH(edge_bloom, 1, "bloom within edges only"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param alchemy_rows[] = {
     RADIUS,
-    INTENSITY(1),
+    INTENSITY(0.4),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     SAMPLES(256, 12),
     WHOLE(bands, "bands", 1, 8, 3, "steps in which far surfaces get fewer samples"),
     REAL(band_begin, "pixels", 1, 1e4, 8,
          "projected radius under which the second band begins; each next at half of it"),
-    FALLOFF(CRANNY_FALLOFF_QUADRATIC),
+    FALLOFF(CRANNY_FALLOFF_LINEAR),
     SPREAD(1),
     REAL(epsilon, "", 1e-8, 1, 0.0004,
          "softening of the distance, as a share of the radius' square"),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param raymarch_rows[] = {
     RADIUS,
     INTENSITY(1),
     CONTRAST(1),
-    BIAS(0.0005),
+    BIAS(0.0002),
     DIRECTIONS(64, 16),
     WHOLE(elevations, "rays", 1, 64, 4,
           "rays of each direction; directions times elevations is at most 256"),
@@ -178,11 +178,11 @@ static const struct cranny_param raymarch_rows[] = {
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
     SPREAD(1),
-    THICKNESS(1000),
+    THICKNESS(1),
     LIMIT(1),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
-    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 6),
+    COMMON_OUTPUT(CRANNY_RESOLUTION_FULL, CRANNY_FILTER_BILATERAL, 3),
 };
 
 static const struct cranny_param_table tables[CRANNY_METHOD_COUNT] = {

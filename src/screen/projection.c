@@ -43,6 +43,10 @@ static enum cranny_status read_perspective(const float m[16], struct frustum *f,
         return fail(why, CRANNY_USAGE,
                     "matrix: is a perspective one with rotation, shear or an oblique near plane; "
                     "pass the one from view to clip space, column by column, without the camera's");
+    if (fabsf(m[14]) == 1 && fabsf(m[11]) != 1)
+        return fail(why, CRANNY_USAGE,
+                    "matrix: is stored row by row; pass it column by column (m[11] is then -1 or "
+                    "1)");
     /* w = −z: the camera looks down −Z; w = z: a left-handed view space, down +Z */
     const double side = m[11] < 0 ? -1 : 1, w = fabs((double)m[11]);
     *f = (struct frustum){.scale = {m[0] / w, m[5] / w},

@@ -1,0 +1,2 @@
+cranny_test(gbuffer LAYERS screen)
+cranny_test(doctor LAYERS screen)
