@@ -168,7 +168,7 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
         .inverse_radius = 1 / p->radius_world,
         .amount = amount(p),
         .contrast = p->contrast,
-        .bias = p->bias,
+        .bias = p->bias * (gbuffer->projection.top - gbuffer->projection.bottom),
         .epsilon = p->epsilon * p->radius_world * p->radius_world,
         .limit_px = fmaxf(1, p->kernel_limit * (float)viewport->height * pixels),
         .range_default = p->range_default,

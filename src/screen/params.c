@@ -35,8 +35,9 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 #define INTENSITY(V) REAL(intensity, "", 0, 100, V, "factor on the occlusion")
 #define CONTRAST(V) REAL(contrast, "", 0.05, 20, V, "exponent on the visibility")
 #define BIAS(V)                                                                                    \
-    REAL(bias, "m/m", 0, 1, V,                                                                     \
-         "height over the tangent plane under which nothing occludes, for each metre of depth")
+    REAL(bias, "heights", 0, 1, V,                                                                 \
+         "height over the tangent plane under which nothing occludes, as a share of what the "     \
+         "picture's height spans at that depth")
 #define SAMPLES(HIGH, V) WHOLE(samples, "samples", 1, HIGH, V, "samples a pixel")
 #define DIRECTIONS(HIGH, V) WHOLE(directions, "directions", 1, HIGH, V, "directions around a pixel")
 #define STEPS(V) WHOLE(steps, "steps", 1, 256, V, "samples along a direction or ray")
@@ -222,7 +223,7 @@ static const struct setting crease_paper[] = {
 
 static const struct setting alchemy_paper[] = {
     {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"}, {"border", "clamp"},
-    {"bias", "0.0001"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
+    {"bias", "8.7e-5"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
     {"filter_radius", "6"}, {"epsilon", "0.0004"}, {NULL, NULL},
 };
 

@@ -73,7 +73,6 @@ enum row_id {
     ROW_SEED_NOISE,
     ROW_PATTERN_RAW,
     ROW_PATTERN,
-    ROW_BANDS,
     ROW_COUNT
 };
 

@@ -103,17 +103,6 @@ static double tile_amplitude(const double *noise)
     return most;
 }
 
-/* Kernels run on bands of 8 rows: steps between bands against steps amid them. */
-static double band_excess(const double *noise)
-{
-    double steps[2] = {0};
-    for (int y = MARGIN - 1; y < TILE_HEIGHT - MARGIN; y++)
-        for (int x = MARGIN; x < TILE_WIDTH - MARGIN && y % 4 == 3; x++)
-            steps[y % 8 == 7] += fabs(noise[(y + 1) * TILE_WIDTH + x] - noise[y * TILE_WIDTH + x]) /
-                                 ((TILE_HEIGHT - 2 * MARGIN) / 8 + (y % 8 == 7));
-    return fabs(steps[1] / fmax(steps[0], 1e-12) - 1);
-}
-
 static void record_pattern(const struct view *view, int method)
 {
     struct cranny_screen_params params = method_params(method, NULL, 0.5);
@@ -128,7 +117,6 @@ static void record_pattern(const struct view *view, int method)
     }
     record(ROW_PATTERN_RAW, method, false, tile_amplitude(noise[0]));
     record(ROW_PATTERN, method, false, tile_amplitude(noise[1]));
-    record(ROW_BANDS, method, false, band_excess(noise[0]));
     free(mean);
     free(filtered);
     free(raw);

@@ -43,8 +43,8 @@ static const char *const prose[SECTION_COUNT] = {
     "places a pixel. `cross` and `blur` must both be nearer than `first`, in every row.",
     "*Smear*: within 4 pixels of the ball's silhouette, filtered against the mean of 16 unfiltered "
     "seeds, on each side. *Pattern*: amplitude of the strongest wave with a period of 4 or 2 "
-    "pixels, on the wall and in the gully. *Bands*: how much more rows differ where one band of 8 "
-    "rows ends (kernels run on bands) than in its middle."};
+    "pixels, on the wall and in the gully. There is no seam where tiles of the estimators meet: "
+    "a viewport elsewhere in the buffer, which is cut elsewhere, gives the same picture (above)."};
 
 static void write_cell(FILE *page, double measured, double bound)
 {
