@@ -104,7 +104,7 @@ static void test_json(void)
     CHECK_INT(number_of(object, "width"), 80);
     CHECK_INT(number_of(object, "guard_band"), 6);
     const double mean = number_of(object, "mean_visibility");
-    CHECK_MSG(mean > 0.5 && mean < 0.999, "mean visibility %g", mean);
+    CHECK_MSG(mean > 0.5 && mean < 0.9999, "mean visibility %g", mean);
     json_t *parameters = json_object_get(object, "parameters");
     CHECK_NEAR(number_of(parameters, "radius_world"), 0.25, 0);
     CHECK_INT(number_of(parameters, "samples"), 7);
