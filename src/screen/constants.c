@@ -10,7 +10,7 @@
 #define SPIRAL_TURNS 0.381966
 /* Alchemy with samples weighted by solid angle: from bench-fit, so that intensity 1 is the truth.
  */
-#define ALCHEMY_SOLID_ANGLE 0.8f
+#define ALCHEMY_SOLID_ANGLE 1.04f
 
 static void set_row(struct screen_constants *c, int i, double x, double y, double z, double w)
 {

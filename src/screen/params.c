@@ -87,7 +87,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
-    INTENSITY(1.4),
+    INTENSITY(2),
     CONTRAST(1),
     BIAS(0.0002),
     SAMPLES(64, 16),
@@ -112,7 +112,7 @@ static const struct cranny_param ssao_rows[] = {
 
 static const struct cranny_param hbao_rows[] = {
     RADIUS,
-    INTENSITY(1.1),
+    INTENSITY(1.4),
     CONTRAST(1),
     DIRECTIONS(64, 4),
     STEPS(4),
@@ -135,7 +135,7 @@ static const struct cranny_param crease_rows[] = {
     LIMIT(1),
     REAL(minimum_crease, "", 0, 0.99, 0.2, "cosine towards a neighbour that does not count yet"),
     REAL(crease_scale, "", 0, 100, 1, "factor on the cosine (the article's Bias)"),
-    REAL(averager, "", 0.01, 1000, 7.5, "what the sum of all 24 neighbours is divided by"),
+    REAL(averager, "", 0.01, 1000, 4.5, "what the sum of all 24 neighbours is divided by"),
     SWITCH(facing, 0, "count only neighbours that face the pixel, too"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     REAL(bloom_wide, "heights", 0.001, 0.2, 0.03, "deviation of the wide bloom"),

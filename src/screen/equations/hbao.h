@@ -23,7 +23,9 @@ FUNCTION lane_f hbao_height(CONSTANTS_ARG pixel p, lane_3 v, lane_f inverse)
     const lane_f sine_t = rise * along, cosine_t = sqrt_(flat2) * along;
     /* sin(t + bias): directions below the bias do not count ("Angle Bias"). */
     const lane_f grounded = sine - (sine_t * K(cosine_bias) + cosine_t * K(sine_bias));
-    return max_(grounded, splat(0.0f));
+    /* Where the plane is seen along or from behind Z, only what is above it counts. */
+    const lane_f above = dot3(p.normal, v) * inverse;
+    return select_(less_(splat(K(sine_bias)), above), max_(grounded, splat(0.0f)), splat(0.0f));
 }
 
 /* G, see above. `view`: unit, to the camera; `nv` = n·view. */
