@@ -32,7 +32,9 @@ static const char controls[] =
     "<kbd>↑</kbd> <kbd>↓</kbd> move the magnified place &ensp; <kbd>+</kbd> <kbd>−</kbd> "
     "magnify</span>\n"
     "</form>\n"
-    "<p class=\"key\">Signed error: blue is too dark, red too bright, full colour from 0.25 on, "
+    "<p class=\"key\">Bias is the mean of picture − truth: below 0 is too dark. Signed error: blue "
+    "is "
+    "too dark, red too bright, full colour from 0.25 on, "
     "white equal. The place under the pointer is magnified in all pictures of a view.</p>\n";
 
 static double mean_of(const struct cranny_report *report, const struct cranny_report_trial *row,

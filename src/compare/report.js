@@ -82,9 +82,6 @@ function clamp(share) {
 function look(view) {
     if (state.view && state.view !== view)
         state.view.section.classList.remove('looking');
-    if (!view && state.view)
-        for (const tile of state.view.tiles)
-            tile.here.textContent = '';
     state.view = view;
     if (!view || !state.magnify)
         return;
@@ -136,7 +133,7 @@ function drawLens(view, tile) {
 function describe(tile, test, truth) {
     const difference = test - truth;
     const sign = difference < 0 ? '\u2212' : '+';
-    tile.here.textContent = tile.isTruth ? `here ${truth.toFixed(2)}` : `here ${test.toFixed(2)} (${sign}${Math.abs(difference).toFixed(2)})`;
+    tile.here.textContent = tile.isTruth ? truth.toFixed(2) : `${test.toFixed(2)} (${sign}${Math.abs(difference).toFixed(2)})`;
 }
 
 async function drawMap(view, tile) {

@@ -12,6 +12,9 @@ extern const char report_css[], report_js[];
 /* Text of any bytes as HTML: for elements and attributes in double quotes. */
 void report_text(FILE *out, const char *text);
 
+/* The same for an element, with places where a line may break. */
+void report_breaking(FILE *out, const char *text);
+
 /* "method preset", and the device where it is not the CPU. */
 void report_trial_name(FILE *out, const struct cranny_report_trial *trial);
 

@@ -124,11 +124,31 @@ static double overlap(const struct box *a, const struct box *b)
     return x > 0 && y > 0 ? x * y : 0;
 }
 
-/* How much of other labels, markers and the border a label would cover. */
+/* How much of the front a label would cover; points are sorted by time. */
+static double front_cost(const struct plot *plot, const struct box *box)
+{
+    double sum = 0, y = TOP;
+    const struct point *last = NULL;
+    for (size_t i = 0; i <= plot->count; i++) {
+        const struct point *p = i < plot->count ? &plot->points[i] : NULL;
+        if (p && !p->front)
+            continue;
+        const double x = p ? p->x : WIDTH - RIGHT;
+        const struct box step = {last ? last->x : x, y - 2, x, y + 2};
+        const struct box drop = {x - 2, y, x + 2, p ? p->y : y};
+        sum += overlap(box, &step) + overlap(box, &drop);
+        y = p ? p->y : y;
+        last = p;
+    }
+    return sum;
+}
+
+/* How much of other labels, markers, the front and the border a label would cover. */
 static double cost(const struct plot *plot, size_t index, const struct box *box)
 {
     const struct box frame = {LEFT, TOP, WIDTH - RIGHT, HEIGHT - BOTTOM};
     double sum = (box->x1 - box->x0) * (box->y1 - box->y0) - overlap(box, &frame);
+    sum = 4 * sum + front_cost(plot, box);
     for (size_t i = 0; i < plot->count; i++) {
         const struct point *p = &plot->points[i];
         const struct box marker = {p->x - 7, p->y - 7, p->x + 7, p->y + 7};
@@ -177,14 +197,15 @@ static void tick(const struct plot *plot, bool is_time, double value)
                 LEFT, at, WIDTH - RIGHT, LEFT - 7, at + 4.5, value);
 }
 
-/* 1, 2, 5 of every decade; where that would be too many, 1 only. */
+/* 1, 2, 5 of every decade; fewer where that would be too many, more where it would be too few. */
 static void ticks(const struct plot *plot, bool is_time)
 {
-    static const int steps[] = {1, 2, 5};
+    static const double steps[] = {1, 2, 5, 1.5, 3, 4, 7};
     const struct axis *axis = is_time ? &plot->time : &plot->error;
-    const bool sparse = axis->high - axis->low > 3.5;
+    const double decades = axis->high - axis->low;
+    const size_t count = decades > 3.5 ? 1 : decades > 0.9 ? 3 : COUNT_OF(steps);
     for (int decade = (int)floor(axis->low); decade <= (int)ceil(axis->high); decade++)
-        for (int i = 0; i < (sparse ? 1 : 3); i++) {
+        for (size_t i = 0; i < count; i++) {
             const double value = steps[i] * pow(10, decade), log_value = log10(value);
             if (log_value > axis->low && log_value < axis->high)
                 tick(plot, is_time, value);

@@ -71,9 +71,9 @@ static void head(FILE *out, const struct cranny_report *report, bool has_means)
     for (size_t v = 0; v < report->view_count; v++) {
         const struct cranny_report_view *view = &report->views[v];
         fprintf(out, "<th colspan=\"2\" scope=\"colgroup\"><a href=\"#view-%zu\">", v + 1);
-        report_text(out, view->scene);
+        report_breaking(out, view->scene);
         fputs("</a><br>", out);
-        report_text(out, view->camera);
+        report_breaking(out, view->camera);
         fputs("<br>", out);
         report_count(out, view->triangles);
         fputs(" tris</th>", out);

@@ -41,6 +41,23 @@ void report_text(FILE *out, const char *text)
     }
 }
 
+void report_breaking(FILE *out, const char *text)
+{
+    char one[2] = {0};
+    for (const char *s = text ? text : ""; *s;) {
+        const size_t run = strcspn(s, ",:_-/");
+        char *part = strndup(s, run);
+        report_text(out, part);
+        free(part);
+        s += run;
+        if (!*s)
+            break;
+        one[0] = *s++;
+        report_text(out, one);
+        fputs("<wbr>", out);
+    }
+}
+
 void report_trial_name(FILE *out, const struct cranny_report_trial *trial)
 {
     report_text(out, trial->method);

@@ -2,8 +2,9 @@
  */
 #include "compare/report_parts.h"
 
-static const char lens[] = "<span class=\"spot\"></span><canvas class=\"lens\" width=\"9\" "
-                           "height=\"9\" aria-hidden=\"true\"></canvas>";
+static const char lens[] =
+    "<span class=\"spot\"></span><div class=\"loupe\"><canvas class=\"lens\" width=\"9\" "
+    "height=\"9\" aria-hidden=\"true\"></canvas><output></output></div>";
 
 static void heading(FILE *out, const struct cranny_report_view *view, size_t number)
 {
@@ -45,7 +46,7 @@ static enum cranny_status truth_tile(FILE *out, const struct cranny_report_view 
     fprintf(out,
             "the ray-traced truth\">%s<input type=\"range\" min=\"0\" max=\"100\" step=\"1\" "
             "aria-label=\"The truth; the arrow keys move the magnified place\"></div>\n"
-            "<figcaption><b>truth</b>, %d rays a pixel <output></output>",
+            "<figcaption><b>truth</b>, %d rays a pixel",
             lens, view->rays);
     command(out, view->command);
     return status;
@@ -78,8 +79,8 @@ static enum cranny_status tile(FILE *out, const struct cranny_report_view *view,
     report_trial_name(out, trial);
     fputs("</b>: ", out);
     report_milliseconds(out, trial->milliseconds);
-    fprintf(out, " ms, error %.3f, RMSE %.3f, %.3f too %s <output></output>", trial->error,
-            trial->rmse, fabs(trial->mean), trial->mean < 0 ? "dark" : "bright");
+    fprintf(out, " ms, error %.3f, RMSE %.3f, bias %s%.3f", trial->error, trial->rmse,
+            trial->mean < 0 ? "−" : "+", fabs(trial->mean));
     command(out, trial->command);
     return status;
 }
