@@ -27,7 +27,7 @@ static const struct option measure_rows[] = {
     {.name = "view",
      .type = OPTION_LIST,
      .offset = offsetof(struct compare_options, views),
-     .value = "EYE:TARGET[:FOV]|CAMERA",
+     .value = "[NAME=]EYE:TARGET[:FOV]|CAMERA",
      .help = "look from EYE to TARGET (metres; FOV in degrees, default 60), or through a camera of "
              "the file, by name or from 0; may come again. It is for the scene before it; before "
              "the first scene, for all (default: the file's cameras, else a fitting view)"},
@@ -89,7 +89,8 @@ static const char summary[] =
 static const char examples[] =
     "  cranny compare level.glb -o out                        the file's cameras\n"
     "  cranny compare level.glb -o out --rays 256 --size 640x360      a quick look\n"
-    "  cranny compare sponza.glb --view 10,2,0:0,3,0 --radius 1 dragon.glb --radius 0.03 -o out\n"
+    "  cranny compare sponza.glb --view nave=10,2,0:0,3,0 --radius 1 dragon.glb --radius 0.03 -o "
+    "out\n"
     "  cranny compare *.glb --views 3 -o out --cache ~/truths\n"
     "  cranny compare level.glb -o out --json | jq '.views[].methods[] | [.name, .error]'\n";
 

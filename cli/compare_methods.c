@@ -68,12 +68,13 @@ enum cranny_status compare_list_methods(struct compare *compare, struct cranny_e
     } counts[] = {{64, "rays=64"}, {16, "rays=16"}, {1, "rays=1"}};
     const enum cranny_status status = check_names(compare->options.methods, why);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
-        list_method(compare, (struct compare_method){.name = render_methods[RENDER_RAYTRACE],
-                                                     .preset = counts[i].name,
-                                                     .device = "cpu",
-                                                     .series = true,
-                                                     .id = RENDER_RAYTRACE,
-                                                     .rays = counts[i].rays});
+        if (counts[i].rays < compare->options.rays)
+            list_method(compare, (struct compare_method){.name = render_methods[RENDER_RAYTRACE],
+                                                         .preset = counts[i].name,
+                                                         .device = "cpu",
+                                                         .series = true,
+                                                         .id = RENDER_RAYTRACE,
+                                                         .rays = counts[i].rays});
     for (int m = 0; m < CRANNY_METHOD_COUNT; m++) {
         const char *const *presets = cranny_screen_preset_names((enum cranny_method)m);
         for (int p = 0; presets[p]; p++)
@@ -83,6 +84,9 @@ enum cranny_status compare_list_methods(struct compare *compare, struct cranny_e
                                                 .device = "cpu",
                                                 .id = m});
     }
+    if (status == CRANNY_OK && !compare->method_count)
+        return refuse(why, CRANNY_USAGE, "--methods: fewer rays than the truth's %d are not tried",
+                      compare->options.rays);
     return status;
 }
 
@@ -355,8 +359,10 @@ enum cranny_status compare_measure(struct compare *compare, struct compare_view 
     struct stage stage = {
         .compare = compare, .view = view, .number = (size_t)(view - compare->views) + 1};
     enum cranny_status status = set_stage(&stage, why);
-    if (status == CRANNY_OK)
+    if (status == CRANNY_OK) {
+        warn_about_radius(&compare->ui, view->scene, &stage.gbuffer, view->radius_world);
         status = get_truth(&stage, why);
+    }
     if (status == CRANNY_OK)
         status = try_all(&stage, why);
     cranny_workspace_destroy(&stage.workspace);

@@ -141,11 +141,14 @@ static enum cranny_status add_spot(struct compare *compare, size_t input, const 
     return add(compare, input, name, options, &camera, why);
 }
 
-/* --view: a place and a target, else a camera's name or number. */
+/* --view: a place and a target, with a name or without, else a camera's name or number. */
 static enum cranny_status add_given(struct compare *compare, size_t input, const char *text,
                                     struct cranny_error *why)
 {
+    const char *equals = strchr(text, '=');
     struct spot spot;
+    if (equals && read_spot(equals + 1, &spot))
+        return add_spot(compare, input, &spot, strndup(text, (size_t)(equals - text)), why);
     if (read_spot(text, &spot))
         return add_spot(compare, input, &spot, strdup(text), why);
     const uint32_t count = cranny_scene_camera_count(compare->scene);
@@ -156,10 +159,11 @@ static enum cranny_status add_given(struct compare *compare, size_t input, const
     const long number = strtol(text, &end, 10);
     if (end != text && !*end && number >= 0 && number < (long)count)
         return add_camera(compare, input, (uint32_t)number, why);
-    return refuse(why, CRANNY_USAGE,
-                  "--view: '%.200s' is neither EYE:TARGET[:FOV], as in 10,2,0:0,3,0:60, nor one of "
-                  "the %u cameras of %.400s",
-                  text, count, compare->inputs[input]);
+    return refuse(
+        why, CRANNY_USAGE,
+        "--view: '%.200s' is neither EYE:TARGET[:FOV], as in nave=10,2,0:0,3,0:60, nor one of "
+        "the %u cameras of %.400s",
+        text, count, compare->inputs[input]);
 }
 
 static enum cranny_status default_view(const struct compare *compare, size_t input,
