@@ -129,27 +129,37 @@ static void print(const struct fit *fit)
     }
 }
 
-int main(int argc, char **argv)
+static enum cranny_status run_all(struct fit *fit, struct cranny_error *why)
 {
-    static struct fit fit;
     struct view_stage stage = {0};
-    struct cranny_error why = {0};
     struct cranny_workspace *workspace;
-    if (!parse(argc, argv, &fit)) {
-        fprintf(stderr, "bench-fit: wrong usage; see the head of bench/fit.c\n");
-        return 2;
-    }
-    enum cranny_status status = cranny_workspace_create(&workspace, &why);
+    enum cranny_status status = cranny_workspace_create(&workspace, why);
     for (int v = 0; v < view_count && status == CRANNY_OK; v++) {
         const bool first = v == 0 || strcmp(views[v - 1].scene, views[v].scene) != 0;
         char *path = view_path(&views[v]);
-        if (path && (!fit.scene || strcmp(fit.scene, views[v].scene) == 0) &&
-            (fit.which == 2 || (fit.which == 0) == first))
-            status = run_view(&fit, &stage, &views[v], workspace, &why);
+        if (path && (!fit->scene || strcmp(fit->scene, views[v].scene) == 0) &&
+            (fit->which == 2 || (fit->which == 0) == first))
+            status = run_view(fit, &stage, &views[v], workspace, why);
         free(path);
     }
     view_leave(&stage);
     cranny_workspace_destroy(&workspace);
+    return status;
+}
+
+int main(int argc, char **argv)
+{
+    static struct fit fit;
+    struct cranny_error why = {0};
+    if (argc == 1) {
+        printf("bench-fit: nothing to choose from; see the head of bench/fit.c\n");
+        return 0;
+    }
+    if (!parse(argc, argv, &fit)) {
+        fprintf(stderr, "bench-fit: wrong usage; see the head of bench/fit.c\n");
+        return 2;
+    }
+    enum cranny_status status = run_all(&fit, &why);
     if (status != CRANNY_OK)
         fprintf(stderr, "bench-fit: %s\n", why.message);
     else if (!fit.seen)

@@ -38,10 +38,10 @@ static void advise(struct findings *findings, const char *code, const char *form
     findings_add(findings, CRANNY_SEVERITY_NOTE, code, text);
 }
 
-/* The parameter is metres for each metre of depth. */
+/* The parameter is a share of the picture's height, of which the radius is a tenth. */
 static double bias_of(const struct cranny_depth_advice *advice)
 {
-    return (double)advice->bias / (double)advice->depth_median;
+    return (double)advice->bias / (10 * (double)advice->radius_world);
 }
 
 static void say_advice(struct findings *findings, const struct cranny_depth_advice *a)
@@ -52,7 +52,7 @@ static void say_advice(struct findings *findings, const struct cranny_depth_advi
            (double)a->depth_near, (double)a->depth_far, (double)a->depth_median,
            (double)a->radius_world);
     advise(findings, "advice-bias",
-           "--bias %.2g (metres a metre of depth) is twice what the depth's steps and noise need",
+           "--bias %.2g (of the picture's height) is twice what the depth's steps and noise need",
            bias_of(a));
     if (isfinite(a->fade_end))
         advise(findings, "advice-fade",

@@ -37,6 +37,12 @@ static const struct option render_rows[] = {
      .type = OPTION_FLAG,
      .offset = offsetof(struct render_options, lit),
      .help = "write the scene's colours under ambient light times visibility instead, as .png"},
+    {.name = "exposure",
+     .type = OPTION_POSITIVE,
+     .offset = offsetof(struct render_options, exposure),
+     .value = "X",
+     .help = "factor on the light of a --lit picture (default: from the picture's mean); for "
+             "pictures to compare"},
     {.name = "gbuffer",
      .type = OPTION_TEXT,
      .offset = offsetof(struct render_options, gbuffer),
@@ -134,6 +140,8 @@ static enum cranny_status check_picture(const struct render *render, struct cran
     const bool png = strcmp(extension, ".png") == 0, exr = strcmp(extension, ".exr") == 0;
     if (options->lit && options->bits == 1)
         return refuse(why, CRANNY_USAGE, "--bits 16: a --lit picture has 8");
+    if (!options->lit && option_given(render->face, "exposure"))
+        return refuse(why, CRANNY_USAGE, "--exposure goes with --lit");
     if (options->lit && !png)
         return refuse(why, CRANNY_USAGE, "%.900s: --lit takes a name that ends in .png", path);
     const enum cranny_status status = path_check_extension(path, pictures, "-o", why);
@@ -192,11 +200,13 @@ static enum cranny_status write_lit(const struct render *render, struct cranny_e
     const size_t height = (size_t)render->gbuffer.viewport.height;
     const int threads = render->options.method == RENDER_RAYTRACE ? render->raytrace.threads
                                                                   : render->screen.threads;
+    struct cranny_light light = cranny_light_default();
+    light.exposure = (float)render->options.exposure;
     uint8_t *rgb = calloc(width * height, 3);
     if (!rgb)
         return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", render->output);
     enum cranny_status status =
-        cranny_frame_shade(render->frame, render->visibility, 0, NULL, threads, rgb, why);
+        cranny_frame_shade(render->frame, render->visibility, 0, &light, threads, rgb, why);
     if (status == CRANNY_OK)
         status = cranny_png_write(render->output, (int)width, (int)height, 3, rgb, 3 * width, why);
     free(rgb);

@@ -13,6 +13,7 @@ struct render_options {
     const char *output, *gbuffer;
     int bits; /* −1: by the extension; 0: 8; 1: 16 */
     bool lit;
+    double exposure; /* 0: from the picture's mean */
     int repeat;
 };
 

@@ -1,5 +1,5 @@
-/* Frames of planes and spheres, seen by rays in double: inputs of the screen-space tests whose
- * visibility is known, or is integrated here by rays that share no code with the library. */
+/* Frames of planes, spheres and boxes, seen by rays in double: inputs of the screen-space tests
+ * whose visibility is known, or is integrated here by rays that share no code with the library. */
 #ifndef TESTS_ANALYTIC_H
 #define TESTS_ANALYTIC_H
 
@@ -10,9 +10,11 @@
 
 enum { ANALYTIC_SHAPES = 8 };
 
-/* View space. A sphere where radius > 0, else the plane through `point` with unit `normal`. */
+/* View space. A sphere where radius > 0, a box of half sizes `half` along unit `axes` where half[0]
+ * > 0, else the plane through `point` with unit `normal`. */
 struct shape {
     double point[3], normal[3], radius;
+    double half[3], axes[3][3];
 };
 
 struct analytic {
@@ -29,11 +31,37 @@ static inline double dot_of(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
+/* From outside; `normal` may be NULL. */
+static inline double box_distance(const struct shape *s, const double v[3], const double d[3],
+                                  double normal[3])
+{
+    double enter = -INFINITY, leave = INFINITY;
+    for (int i = 0; i < 3; i++) {
+        const double along = dot_of(d, s->axes[i]), from = dot_of(v, s->axes[i]);
+        if (fabs(along) < 1e-12) {
+            if (fabs(from) > s->half[i])
+                return INFINITY;
+            continue;
+        }
+        const double side = along < 0 ? 1 : -1;
+        const double in = (side * s->half[i] - from) / along;
+        leave = fmin(leave, (-side * s->half[i] - from) / along);
+        if (in <= enter)
+            continue;
+        enter = in;
+        for (int k = 0; normal && k < 3; k++)
+            normal[k] = side * s->axes[i][k];
+    }
+    return enter > 1e-9 && enter < leave ? enter : INFINITY;
+}
+
 static inline double shape_distance(const struct shape *s, const double o[3], const double d[3])
 {
     double v[3];
     for (int i = 0; i < 3; i++)
         v[i] = o[i] - s->point[i];
+    if (s->half[0] > 0)
+        return box_distance(s, v, d, NULL);
     if (s->radius <= 0) {
         const double facing = dot_of(d, s->normal);
         const double t = -dot_of(v, s->normal) / facing;
@@ -47,20 +75,33 @@ static inline double shape_distance(const struct shape *s, const double o[3], co
     return t > 1e-9 ? t : INFINITY;
 }
 
+static inline void shape_normal(const struct shape *s, const double o[3], const double d[3],
+                                double distance, double normal[3])
+{
+    double v[3];
+    for (int k = 0; k < 3; k++) {
+        v[k] = o[k] - s->point[k];
+        normal[k] = s->radius > 0 ? (v[k] + distance * d[k]) / s->radius : s->normal[k];
+    }
+    if (s->half[0] > 0)
+        box_distance(s, v, d, normal);
+}
+
 static inline struct analytic_hit analytic_trace(const struct analytic *scene, const double o[3],
                                                  const double d[3])
 {
     struct analytic_hit hit = {.distance = INFINITY};
+    const struct shape *nearest = NULL;
     for (int i = 0; i < scene->count; i++) {
         const struct shape *s = &scene->shapes[i];
         const double t = shape_distance(s, o, d);
         if (!(t < hit.distance))
             continue;
         hit.distance = t;
-        for (int k = 0; k < 3; k++)
-            hit.normal[k] =
-                s->radius > 0 ? (o[k] + t * d[k] - s->point[k]) / s->radius : s->normal[k];
+        nearest = s;
     }
+    if (nearest)
+        shape_normal(nearest, o, d, hit.distance, hit.normal);
     const double side = dot_of(hit.normal, d);
     for (int k = 0; k < 3 && side > 0; k++)
         hit.normal[k] = -hit.normal[k];
@@ -78,6 +119,14 @@ static inline void add_plane(struct analytic *scene, double x, double y, double 
 static inline void add_sphere(struct analytic *scene, double x, double y, double z, double radius)
 {
     scene->shapes[scene->count++] = (struct shape){.point = {x, y, z}, .radius = radius};
+}
+
+/* Half sizes `hx`, `hy`, `hz` along the axes of space. */
+static inline void add_box(struct analytic *scene, double x, double y, double z, double hx,
+                           double hy, double hz)
+{
+    scene->shapes[scene->count++] = (struct shape){
+        .point = {x, y, z}, .half = {hx, hy, hz}, .axes = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
 }
 
 /* Depth and float normals of a picture; `depth` and `normals` are the caller's, width × height. */

@@ -12,13 +12,13 @@ add_test(NAME example_bake COMMAND example_bake
 
 # A sanitized library needs its runtime in every program; the plain build shows the same.
 if(NOT CRANNY_SANITIZE)
-    foreach(step prefix headers symbols package pkgconfig)
+    foreach(step prefix headers symbols package pkgconfig screen)
         add_test(NAME install_${step} COMMAND sh ${CMAKE_CURRENT_SOURCE_DIR}/install/install.sh ${step}
             ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR} ${CMAKE_INSTALL_LIBDIR}
             ${CMAKE_C_COMPILER} "${CMAKE_CXX_COMPILER}" ${CMAKE_COMMAND})
         set_tests_properties(install_${step} PROPERTIES LABELS install TIMEOUT 120)
     endforeach()
     set_tests_properties(install_prefix PROPERTIES FIXTURES_SETUP installed)
-    set_tests_properties(install_headers install_symbols install_package install_pkgconfig
+    set_tests_properties(install_headers install_symbols install_package install_pkgconfig install_screen
         PROPERTIES FIXTURES_REQUIRED installed)
 endif()

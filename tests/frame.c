@@ -536,6 +536,11 @@ static void test_shade(void)
     }
     shade(frame, NULL, &light, 0, other);
     CHECK(open[white][1] > 100 && abs(open[white][1] - other[white][1]) <= 1);
+    /* What it chose can be asked for, and gives the same picture. */
+    struct cranny_error why;
+    CHECK_OK(cranny_frame_exposure(frame, NULL, 0, &light, &light.exposure, &why), why);
+    shade(frame, NULL, &light, 0, half);
+    CHECK(memcmp(half, other, sizeof half) == 0);
     cranny_frame_destroy(&frame);
     leave(&stage);
 }
@@ -558,6 +563,10 @@ static void test_shade_refusals(void)
     memset(light.sun_direction, 0, sizeof light.sun_direction);
     CHECK_INT(cranny_frame_shade(frame, NULL, 0, &light, 0, rgb, &why), CRANNY_USAGE);
     CHECK_INT(cranny_frame_shade(frame, NULL, 0, NULL, -1, rgb, &why), CRANNY_USAGE);
+    float exposure = 7;
+    CHECK_INT(cranny_frame_exposure(frame, NULL, 0, &light, &exposure, &why), CRANNY_USAGE);
+    CHECK(exposure == 0);
+    CHECK_INT(cranny_frame_exposure(frame, NULL, 0, NULL, NULL, &why), CRANNY_USAGE);
     cranny_frame_destroy(&frame);
     leave(&stage);
 }

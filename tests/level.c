@@ -5,6 +5,7 @@
 #include "base/base.h"
 
 #include <cranny/cranny.h>
+#include <dirent.h>
 #include <fcntl.h>
 #include <jansson.h>
 #include <sys/stat.h>
@@ -184,6 +185,52 @@ static void check_manners(void)
     }
 }
 
+static const char *const methods[] = {"ssao", "hbao", "crease", "alchemy"};
+
+static void check_picture(const char *format, const char *word)
+{
+    char name[64], file[256];
+    struct stat info;
+    snprintf(name, sizeof name, format, word);
+    CHECK_MSG(stat(in_folder(name, file), &info) == 0 && info.st_size > 1000, "%s", name);
+}
+
+/* A row of the table: milliseconds and an error above 0, and a shift within what visibility has. */
+static void check_scores(const char *html, const char *method)
+{
+    char begin[64];
+    double milliseconds = -1, error = -1, shift = -2;
+    snprintf(begin, sizeof begin, "<th scope=\"row\">%s</th><td>", method);
+    const char *row = strstr(html, begin);
+    CHECK_MSG(row != NULL, "%s", method);
+    if (!row)
+        return;
+    const int got = sscanf(row + strlen(begin), "%lf ms</td><td>%lf</td><td>%lf</td>",
+                           &milliseconds, &error, &shift);
+    CHECK_INT(got, 3);
+    CHECK_MSG(milliseconds > 0 && milliseconds < 60000, "%s %g ms", method, milliseconds);
+    CHECK_MSG(error > 0 && error < 30, "%s error %g", method, error);
+    CHECK_MSG(shift > -1 && shift < 1, "%s shift %g", method, shift);
+}
+
+static void check_frame(const char *html)
+{
+    CHECK(strstr(html, "<h2 id=\"frame\">"));
+    CHECK(strstr(html, "--method raytrace --rays 8 -o frame-truth.png"));
+    CHECK(!strstr(html, "nan") && !strstr(html, "inf "));
+    for (size_t i = 0; i < sizeof methods / sizeof *methods; i++) {
+        char command[64];
+        snprintf(command, sizeof command, "--method %s -o frame-%s.png", methods[i], methods[i]);
+        CHECK_MSG(strstr(html, command) != NULL, "%s", command);
+        check_scores(html, methods[i]);
+        check_picture("page/frame-%s.png", methods[i]);
+        check_picture("page/frame-%s-map.png", methods[i]);
+    }
+    check_picture("page/frame-%s.png", "truth");
+    check_picture("page/frame-%s.png", "lit");
+    check_picture("page/frame-%s.png", "open");
+}
+
 static void check_page(void)
 {
     static char text[65536];
@@ -200,6 +247,8 @@ static void check_page(void)
     CHECK_OK(file_read(in_folder("page/index.html", file), 1u << 24, &html, &size, &why), why);
     CHECK(html && strstr((char *)html, "&lt;&amp;>-ao.glb"));
     CHECK(html && !strstr((char *)html, "http:") && !strstr((char *)html, "https:"));
+    if (html)
+        check_frame((char *)html);
     free(html);
     for (int i = 1; i <= 3; i++) {
         char name[32];
@@ -211,26 +260,45 @@ static void check_page(void)
     CHECK(stat(in_folder("page/<&>-ao.glb", file), &info) == 0 && info.st_size > 1000);
 }
 
+/* A scene of one wall: nothing is near anything, and the page says so. */
+static void check_bare_page(void)
+{
+    static const char wall[] = "v 0 0 0\nv 4 0 0\nv 4 3 0\nv 0 3 0\nf 1 2 3 4\n";
+    static char text[65536];
+    char scene[256], page[256], file[256];
+    uint8_t *html = NULL;
+    size_t size;
+    struct cranny_error why;
+    CHECK_OK(cranny_file_write(in_folder("wall.obj", scene), wall, sizeof wall - 1, &why), why);
+    const char *args[] = {DEMO_PROGRAM, scene, "-o",      in_folder("bare", page),
+                          "--rays",     "2",   "--quiet", NULL};
+    CHECK_INT(run(args, text, sizeof text), 0);
+    CHECK_OK(file_read(in_folder("bare/index.html", file), 1u << 24, &html, &size, &why), why);
+    CHECK(html && strstr((char *)html, "<h2 id=\"frame\">"));
+    CHECK(html && strstr((char *)html, "Left out:") && !strstr((char *)html, "frame-truth"));
+    free(html);
+}
+
+static void empty(const char *path)
+{
+    DIR *directory = opendir(path);
+    const struct dirent *entry;
+    char file[600];
+    while (directory && (entry = readdir(directory))) {
+        snprintf(file, sizeof file, "%s/%s", path, entry->d_name);
+        unlink(file);
+    }
+    if (directory)
+        closedir(directory);
+    rmdir(path);
+}
+
 static void clean(void)
 {
-    static const char *const names[] = {"a.glb",
-                                        "b.glb",
-                                        "c.glb",
-                                        "scale.glb",
-                                        "<&>.glb",
-                                        "page/index.html",
-                                        "page/<&>-ao.glb",
-                                        "page/before-1.png",
-                                        "page/before-2.png",
-                                        "page/before-3.png",
-                                        "page/after-1.png",
-                                        "page/after-2.png",
-                                        "page/after-3.png"};
     char path[256];
-    for (size_t i = 0; i < sizeof names / sizeof *names; i++)
-        unlink(in_folder(names[i], path));
-    rmdir(in_folder("page", path));
-    rmdir(folder);
+    empty(in_folder("page", path));
+    empty(in_folder("bare", path));
+    empty(folder);
 }
 
 int main(void)
@@ -241,6 +309,7 @@ int main(void)
     check_scales();
     check_manners();
     check_page();
+    check_bare_page();
     clean();
     return check_end("level");
 }

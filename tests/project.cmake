@@ -9,9 +9,9 @@ set_tests_properties(fuzz_replay PROPERTIES TIMEOUT 60)
 
 # Allocations of the library's own objects are routed to the test, which refuses them one by one.
 set(seeds ${PROJECT_SOURCE_DIR}/fuzz/gltf/seeds)
-add_executable(test_alloc alloc/alloc.c)
+add_executable(test_alloc alloc/alloc.c alloc/frames.c)
 target_include_directories(test_alloc PRIVATE ${CMAKE_CURRENT_SOURCE_DIR})
-target_link_libraries(test_alloc PRIVATE cranny-flags cranny-bake)
+target_link_libraries(test_alloc PRIVATE cranny-flags cranny-bake cranny-screen)
 foreach(function malloc calloc realloc aligned_alloc strdup free)
     target_link_options(test_alloc PRIVATE LINKER:--wrap=${function})
 endforeach()

@@ -325,6 +325,44 @@ static void test_viewport(void)
     }
 }
 
+/* Noise anchored to surfaces goes with them: a camera that moves by some pixels along a wall in the
+ * plane z = 0 sees the same values there, although its depths are rounded otherwise. */
+static void test_surface_noise(void)
+{
+    enum { W = 96, H = 64, SHIFT = 7, MARGIN = 14 };
+    const double step = 1.0 / 16;
+    double pose[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 4};
+    struct cranny_gbuffer frame = {.width = W,
+                                   .height = H,
+                                   .depth = depth,
+                                   .projection = cranny_orthographic(2, (float)W / H),
+                                   .world_from_view = pose};
+    for (int isa = CRANNY_ISA_PORTABLE; isa <= (int)cranny_isa_best(); isa++)
+        for (int m = 0; m < CRANNY_METHOD_COUNT; m++) {
+            struct cranny_screen_params params = params_of(m, NULL);
+            params.anchor = CRANNY_ANCHOR_SURFACE;
+            params.filter = CRANNY_FILTER_NONE;
+            params.isa = isa;
+            for (int moved = 0; moved < 2; moved++) {
+                pose[3] = moved * SHIFT * step;
+                for (int i = 0; i < W * H; i++)
+                    depth[i] = i / W > H / 2 ? 3.8f : nextafterf(4, i % 2 ? 3 : 5);
+                render(&frame, &params, moved ? two : one);
+            }
+            double worst = 0, spread = 0;
+            for (int y = MARGIN; y <= H / 2; y++)
+                for (int x = MARGIN; x < W - SHIFT - MARGIN; x++) {
+                    const double here = (double)one[y * W + x + SHIFT];
+                    worst = fmax(worst, fabs(here - (double)two[y * W + x]));
+                    spread = fmax(spread, fabs(here - (double)two[y * W + MARGIN]));
+                }
+            CHECK_MSG(worst < 1e-3, "%s: a value on the wall changes by %.4f",
+                      cranny_method_name((enum cranny_method)m), worst);
+            CHECK_MSG(spread > 0.01, "%s: there is no noise",
+                      cranny_method_name((enum cranny_method)m));
+        }
+}
+
 int main(void)
 {
     test_same_bits();
@@ -337,5 +375,6 @@ int main(void)
     test_cancel();
     test_workspace();
     test_viewport();
+    test_surface_noise();
     return check_end("screen");
 }

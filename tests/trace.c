@@ -1,7 +1,7 @@
 /* Single rays, the way back from a hit to the scene, alpha, and the tracer's life. */
 #include "trace_scenes.h"
 
-#include "trace/portable.h"
+#include "base/portable.h"
 
 static struct cranny_hit shoot(const struct cranny_tracer *tracer, const float origin[3],
                                const float direction[3], float *distance)

@@ -1,5 +1,7 @@
 /* cranny-demo: bake a scene and show it, before and after, on a page of its own. */
+#include "files.h"
 #include "page.h"
+#include "view.h"
 
 #include <errno.h>
 #include <math.h>
@@ -18,12 +20,15 @@ static const char help[] =
     "usage: cranny-demo SCENE -o FOLDER [--rays N] [--quiet]\n"
     "\n"
     "Bakes SCENE (.glb, .gltf, .obj ...) and writes into FOLDER, which is made if need be:\n"
-    "  index.html                  the page: pictures before and after, what was done, how long it "
-    "took\n"
-    "  before-N.png, after-N.png   from the file's first three cameras, or from views around it\n"
+    "  index.html                  the page: pictures before and after, a frame by each "
+    "screen-space\n"
+    "                              method beside the truth, what was done, how long it took\n"
+    "  before-N.png, after-N.png   from the file's first three cameras, or from views of it\n"
+    "  frame-*.png                 the truth, each method, its errors, a lit picture\n"
     "  SCENE-ao.glb                the baked scene\n"
     "\n"
-    "  --rays N   rays per sample; default: as cranny bake, but at least 64\n"
+    "  --rays N   rays per sample of the bake (default: as cranny bake, but at least 64) and per\n"
+    "             pixel of the frame's truth (default: 128)\n"
     "  --quiet    no progress on stderr\n"
     "\n"
     "example: cranny-level -o level.glb && cranny-demo level.glb -o demo\n";
@@ -75,22 +80,6 @@ static void log_line(void *user, enum cranny_log_level level, const char *line)
     const struct demo *demo = user;
     if (level == CRANNY_LOG_WARNING && !demo->options->quiet)
         fprintf(stderr, "warning: %s\n", line);
-}
-
-static enum cranny_status no_memory(struct cranny_error *why)
-{
-    snprintf(why->message, sizeof why->message, "out of memory");
-    return CRANNY_MEMORY;
-}
-
-/* FOLDER/name; malloced. */
-static char *path_in(const char *folder, const char *name)
-{
-    size_t size = strlen(folder) + strlen(name) + 2;
-    char *path = malloc(size);
-    if (path)
-        snprintf(path, size, "%s/%s", folder, name);
-    return path;
 }
 
 static enum cranny_status name_output(struct demo *demo, struct cranny_error *why)
@@ -145,7 +134,23 @@ static struct cranny_camera turned(const struct cranny_camera *view, const doubl
     return out;
 }
 
-static enum cranny_status choose_views(struct demo *demo, struct cranny_error *why)
+/* The last view round a building gives way to one from within it. */
+static enum cranny_status go_inside(struct demo *demo, const struct cranny_hooks *hooks,
+                                    struct cranny_error *why)
+{
+    struct cranny_camera camera;
+    bool found;
+    const int last = demo->page.view_count - 1;
+    enum cranny_status status = view_within(demo->scene, hooks, &camera, &found, why);
+    if (status == CRANNY_OK && found) {
+        demo->views[last] = camera;
+        demo->page.view_names[last] = "From within";
+    }
+    return status;
+}
+
+static enum cranny_status choose_views(struct demo *demo, const struct cranny_hooks *hooks,
+                                       struct cranny_error *why)
 {
     static const char *const around[VIEW_LIMIT] = {"From the front", "A third of the way round",
                                                    "Two thirds of the way round"};
@@ -169,7 +174,7 @@ static enum cranny_status choose_views(struct demo *demo, struct cranny_error *w
         demo->page.view_names[i] = around[i - count];
         demo->page.view_count = (int)i + 1;
     }
-    return status;
+    return status == CRANNY_OK ? go_inside(demo, hooks, why) : status;
 }
 
 static enum cranny_status load(struct demo *demo, const struct cranny_hooks *hooks,
@@ -177,6 +182,7 @@ static enum cranny_status load(struct demo *demo, const struct cranny_hooks *hoo
 {
     struct cranny_scene_load_params params = cranny_scene_load_params_default();
     params.hooks = hooks;
+    params.colors = true;
     double begin = clock_s();
     enum cranny_status status = cranny_scene_load(demo->options->scene, &params, &demo->scene, why);
     demo->page.seconds_load = clock_s() - begin;
@@ -235,10 +241,11 @@ static enum cranny_status picture(struct demo *demo, int number, bool after, uin
     return status;
 }
 
-static enum cranny_status pictures(struct demo *demo, struct cranny_error *why)
+static enum cranny_status pictures(struct demo *demo, const struct cranny_hooks *hooks,
+                                   struct cranny_error *why)
 {
     uint8_t *rgb = malloc((size_t)PICTURE_WIDTH * PICTURE_HEIGHT * 3);
-    enum cranny_status status = rgb ? choose_views(demo, why) : no_memory(why);
+    enum cranny_status status = rgb ? choose_views(demo, hooks, why) : no_memory(why);
     for (int i = 1; status == CRANNY_OK && i <= demo->page.view_count; i++) {
         say(demo, "pictures");
         status = picture(demo, i, false, rgb, why);
@@ -246,6 +253,26 @@ static enum cranny_status pictures(struct demo *demo, struct cranny_error *why)
             status = picture(demo, i, true, rgb, why);
     }
     free(rgb);
+    return status;
+}
+
+/* The bake's values have been written and shown: their memory is of more use here. */
+static enum cranny_status frame(struct demo *demo, const struct cranny_hooks *hooks,
+                                struct cranny_error *why)
+{
+    const struct frame_job job = {
+        .scene = demo->scene,
+        .views = demo->views,
+        .view_count = demo->page.view_count,
+        .folder = demo->options->folder,
+        .rays = demo->options->rays ? demo->page.params.rays : FRAME_RAYS,
+        .hooks = hooks,
+    };
+    say(demo, "frame");
+    cranny_bake_destroy(&demo->bake);
+    double begin = clock_s();
+    enum cranny_status status = frame_make(&job, &demo->page.frame, why);
+    demo->page.seconds_frame = clock_s() - begin;
     return status;
 }
 
@@ -276,7 +303,9 @@ static enum cranny_status show(struct demo *demo, struct cranny_error *why)
         status = save(demo, &hooks, why);
     demo->page.seconds_total = clock_s() - begin;
     if (status == CRANNY_OK)
-        status = pictures(demo, why);
+        status = pictures(demo, &hooks, why);
+    if (status == CRANNY_OK)
+        status = frame(demo, &hooks, why);
     if (status == CRANNY_OK)
         status = write_page(demo, why);
     return status;

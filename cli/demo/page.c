@@ -1,5 +1,7 @@
 #include "page.h"
 
+#include "html.h"
+
 #include <inttypes.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -20,7 +22,8 @@ static const char head[] =
     "h2{font-size:1.2rem;margin:2.6em 0 .5em}\n"
     "p{max-width:44rem}\n"
     "figure{margin:2rem 0}\nfigcaption{color:var(--soft);font-size:.92rem;margin-top:.5rem}\n"
-    ".split{position:relative;overflow:hidden;border-radius:6px;line-height:0;--at:50%}\n"
+    ".split{position:relative;overflow:hidden;border-radius:6px;line-height:0;--at:50%;"
+    "border:1px solid var(--line)}\n"
     ".split img{width:100%;height:auto;display:block}\n"
     ".split .after{position:absolute;inset:0;clip-path:inset(0 0 0 var(--at))}\n"
     ".split .bar{position:absolute;top:0;bottom:0;left:var(--at);width:2px;margin-left:-1px;"
@@ -38,6 +41,20 @@ static const char head[] =
     ".6rem;border-radius:4px;background:#000a;"
     "color:#fff;font:.8rem/1.3 system-ui,sans-serif;pointer-events:none}\n"
     ".word.left{left:.7rem}.word.right{right:.7rem}\n"
+    ".pairs,.maps{display:grid;gap:1.6rem 1.25rem;margin:1.6rem 0}\n"
+    ".pairs{grid-template-columns:repeat(auto-fit,minmax(min(100%,24rem),1fr))}\n"
+    ".maps{grid-template-columns:repeat(auto-fit,minmax(min(45%,13rem),1fr))}\n"
+    ".pairs figure,.maps figure{margin:0}\n.lit{max-width:60rem}\n"
+    ".maps img{width:100%;height:auto;display:block;border-radius:4px;border:1px solid "
+    "var(--line)}\n"
+    ".legend{max-width:26rem;margin:0 0 1.6rem;color:var(--soft);font-size:.92rem}\n"
+    ".legend i{display:block;height:.8rem;border-radius:4px;border:1px solid var(--line);"
+    "background:linear-gradient(90deg,#00f,#fff,#f00);print-color-adjust:exact;"
+    "-webkit-print-color-adjust:exact}\n"
+    ".legend div{display:flex;justify-content:space-between}\n"
+    "h3{font-size:1rem;margin:2.2em 0 .4em}\n"
+    "thead th{border-bottom-color:var(--soft)}\n"
+    ".scores th:not(:first-child){text-align:right}\n"
     "table{border-collapse:collapse;font-variant-numeric:tabular-nums;width:100%;max-width:34rem}\n"
     "th,td{text-align:left;font-weight:400;padding:.3rem .2rem;border-bottom:1px solid "
     "var(--line)}\n"
@@ -47,66 +64,39 @@ static const char head[] =
     "@media print{:root{--ink:#000;--soft:#444;--paper:#fff}body{font-size:10pt}"
     ".split{display:grid;grid-template-columns:1fr 1fr;gap:4px;overflow:visible}"
     ".split .after{position:static;clip-path:none}.split .bar,.split input{display:none}"
-    ".word.right{right:.7rem}.word.left{left:.7rem}figure{break-inside:avoid}}\n"
+    ".word.right{right:.7rem}.word.left{left:.7rem}figure,table,.maps,.legend{break-inside:avoid}"
+    "h2,h3{break-after:avoid}.pairs{display:block}.pairs figure{margin:0 0 1rem}"
+    ".maps{grid-template-columns:1fr 1fr}pre{white-space:pre-wrap}}\n"
     "</style>\n";
 
 static const char tail[] = "<script>\n"
-                           "for (const slider of document.querySelectorAll('.split input'))\n"
-                           "  slider.addEventListener('input', () =>\n"
-                           "    slider.parentNode.style.setProperty('--at', slider.value + '%'));\n"
+                           "for (const slider of document.querySelectorAll('.split input')) {\n"
+                           "  const move = () =>\n"
+                           "    slider.parentNode.style.setProperty('--at', slider.value + '%');\n"
+                           "  slider.addEventListener('input', move);\n"
+                           "  move();\n"
+                           "}\n"
                            "</script>\n</main>\n</html>\n";
-
-static void text(FILE *out, const char *s)
-{
-    for (; *s; s++) {
-        if (*s == '<')
-            fputs("&lt;", out);
-        else if (*s == '&')
-            fputs("&amp;", out);
-        else if (*s == '"')
-            fputs("&quot;", out);
-        else
-            fputc(*s, out);
-    }
-}
-
-/* A shell word, quoted when it has to be. */
-static void shell_word(FILE *out, const char *s)
-{
-    bool plain = *s != 0;
-    for (const char *c = s; *c; c++)
-        plain = plain &&
-                (*c == '/' || *c == '.' || *c == '-' || *c == '_' || (*c >= '0' && *c <= '9') ||
-                 (*c >= 'a' && *c <= 'z') || (*c >= 'A' && *c <= 'Z'));
-    if (!plain)
-        fputc('\'', out);
-    for (; *s; s++) {
-        const char one[2] = {*s, 0};
-        text(out, *s == '\'' ? "'\\''" : one);
-    }
-    if (!plain)
-        fputc('\'', out);
-}
 
 static void figure(FILE *out, const struct page *page, int number)
 {
     const char *name = page->view_names[number - 1];
-    fprintf(out,
-            "<figure>\n<div class=\"split\">\n"
-            "<img src=\"before-%d.png\" width=\"%d\" height=\"%d\" alt=\"Before: clay without "
-            "occlusion\">\n"
-            "<img class=\"after\" src=\"after-%d.png\" width=\"%d\" height=\"%d\" alt=\"After: the "
-            "same "
-            "with baked visibility\">\n"
-            "<span class=\"word left\">before</span><span class=\"word right\">after</span>"
-            "<span class=\"bar\"></span>\n"
-            "<input type=\"range\" min=\"0\" max=\"100\" value=\"50\" step=\"1\" "
-            "aria-label=\"Where before "
-            "ends and after begins: ",
-            number, page->width, page->height, number, page->width, page->height);
-    text(out, name);
-    fputs("\">\n</div>\n<figcaption>", out);
-    text(out, name);
+    char before[32], after[32];
+    snprintf(before, sizeof before, "before-%d.png", number);
+    snprintf(after, sizeof after, "after-%d.png", number);
+    const struct split split = {before,
+                                after,
+                                "before",
+                                "after",
+                                "Before: clay without occlusion",
+                                "After: the same with baked visibility",
+                                name,
+                                page->width,
+                                page->height};
+    fputs("<figure>\n", out);
+    html_split(out, &split);
+    fputs("<figcaption>", out);
+    html_text(out, name);
     fputs(". Drag, or use the arrow keys.</figcaption>\n</figure>\n", out);
 }
 
@@ -163,27 +153,27 @@ static void tables(FILE *out, const struct page *page)
 
 static void commands(FILE *out, const struct page *page)
 {
-    fputs("<h2>Do it yourself</h2>\n<pre>cranny bake ", out);
-    shell_word(out, page->scene_path);
+    fputs("<h2>Bake it yourself</h2>\n<pre>cranny bake ", out);
+    html_shell_word(out, page->scene_path);
     fprintf(out, " --set rays=%d -o ", page->params.rays);
-    shell_word(out, page->output_name);
+    html_shell_word(out, page->output_name);
     fputs("\ncranny-demo ", out);
-    shell_word(out, page->scene_path);
+    html_shell_word(out, page->scene_path);
     fprintf(out, " --rays %d -o ", page->params.rays);
-    shell_word(out, page->folder);
+    html_shell_word(out, page->folder);
     fputs("   # this page</pre>\n<p>The baked file is <a href=\"", out);
-    text(out, page->output_name);
+    html_text(out, page->output_name);
     fputs("\">", out);
-    text(out, page->output_name);
+    html_text(out, page->output_name);
     fputs("</a>: drop it into any glTF viewer.</p>\n", out);
 }
 
 static void body(FILE *out, const struct page *page)
 {
     fputs("<title>Baked: ", out);
-    text(out, page->scene_name);
+    html_text(out, page->scene_name);
     fputs("</title>\n<main>\n<h1>", out);
-    text(out, page->scene_name);
+    html_text(out, page->scene_name);
     fputs(", before and after</h1>\n"
           "<p>Grey clay under an even sky. On the left every surface gets the whole sky; on the "
           "right "
@@ -194,12 +184,14 @@ static void body(FILE *out, const struct page *page)
         ", from %d rays a sample. Corners, the undersides of eaves and the ground under trees "
         "turn darker, rooms much darker, and things stand on the ground instead of floating over "
         "it. No light is placed anywhere. Pictures of dark rooms are brightened as a whole, as "
-        "eyes would do.</p>\n",
+        "eyes would do. Further down: the same scene <a href=\"#frame\">in a frame</a>, where "
+        "nothing is baked.</p>\n",
         page->params.rays);
     for (int i = 1; i <= page->view_count; i++)
         figure(out, page, i);
     tables(out, page);
     commands(out, page);
+    page_frame(out, page);
 }
 
 enum cranny_status page_write(const struct page *page, const char *path, struct cranny_error *why)

@@ -2,7 +2,9 @@
 #ifndef DEMO_PAGE_H
 #define DEMO_PAGE_H
 
-#include <cranny/cranny.h>
+#include "frame.h"
+
+#include <stdio.h>
 
 #define VIEW_LIMIT 3
 
@@ -15,7 +17,12 @@ struct page {
     struct cranny_bake_params params;
     struct cranny_bake_report report;
     double seconds_load, seconds_write, seconds_total;
+    struct frame frame;
+    double seconds_frame;
 };
+
+/* The section on the frame; a sentence where there is none. */
+void page_frame(FILE *out, const struct page *page);
 
 enum cranny_status page_write(const struct page *page, const char *path, struct cranny_error *why);
 

@@ -5,6 +5,7 @@
 #include <cranny/bake.h>
 #include <cranny/base.h>
 #include <cranny/compare.h>
+#include <cranny/filter.h>
 #include <cranny/frame.h>
 #include <cranny/gbuffer.h>
 #include <cranny/image.h>

@@ -111,6 +111,14 @@ CRANNY_API enum cranny_status cranny_frame_shade(const struct cranny_frame *fram
                                                  const struct cranny_light *light, int threads,
                                                  uint8_t *rgb, struct cranny_error *why);
 
+/* The exposure that cranny_frame_shade would take: the light's own, or, where that is 0, what it
+ * chooses from this picture. For pictures that are to be looked at side by side: shade the others
+ * with it. Arguments as there. */
+CRANNY_API enum cranny_status cranny_frame_exposure(const struct cranny_frame *frame,
+                                                    const float *visibility, size_t stride,
+                                                    const struct cranny_light *light,
+                                                    float *exposure, struct cranny_error *why);
+
 #ifdef __cplusplus
 }
 #endif

@@ -168,16 +168,34 @@ static enum cranny_status prepare(struct shading *shading, struct cranny_error *
     return CRANNY_OK;
 }
 
+static struct shading shading_of(const struct cranny_frame *frame, const float *visibility,
+                                 size_t stride, const struct cranny_light *light)
+{
+    return (struct shading){.frame = frame,
+                            .visibility = (const char *)visibility,
+                            .stride = stride ? stride : sizeof(float) * (size_t)frame->width,
+                            .light = light ? *light : cranny_light_default()};
+}
+
+enum cranny_status cranny_frame_exposure(const struct cranny_frame *frame, const float *visibility,
+                                         size_t stride, const struct cranny_light *light,
+                                         float *exposure, struct cranny_error *why)
+{
+    if (!frame || !exposure)
+        return fail(why, CRANNY_USAGE, "exposure: a frame and an output");
+    struct shading shading = shading_of(frame, visibility, stride, light);
+    const enum cranny_status status = prepare(&shading, why);
+    *exposure = status == CRANNY_OK ? shading.light.exposure : 0;
+    return status;
+}
+
 enum cranny_status cranny_frame_shade(const struct cranny_frame *frame, const float *visibility,
                                       size_t stride, const struct cranny_light *light, int threads,
                                       uint8_t *rgb, struct cranny_error *why)
 {
     if (!frame || !rgb || threads < 0)
         return fail(why, CRANNY_USAGE, "shade: a frame, an output and threads of 0 or more");
-    struct shading shading = {.frame = frame,
-                              .visibility = (const char *)visibility,
-                              .stride = stride ? stride : sizeof(float) * (size_t)frame->width,
-                              .light = light ? *light : cranny_light_default()};
+    struct shading shading = shading_of(frame, visibility, stride, light);
     const enum cranny_status status = prepare(&shading, why);
     if (status != CRANNY_OK)
         return status;

@@ -1,9 +1,9 @@
 /* Parameters into the numbers that the kernels use. */
 #include "screen/constants.h"
 
+#include "base/portable.h"
 #include "base/sequence.h"
 
-#define PI 3.14159265358979
 /* The picture height that the crease article's kernel of pixels is taken to be meant for. */
 #define CREASE_HEIGHT 720.0f
 /* Alchemy: the spiral's turns for a number of samples; coprime, about its golden part. */
@@ -20,6 +20,15 @@ static void set_row(struct screen_constants *c, int i, double x, double y, doubl
     c->table[i][3] = (float)w;
 }
 
+/* A place at `turns` around a circle. */
+static void set_turn(struct screen_constants *c, int i, double turns, double ring, double z,
+                     double w)
+{
+    float cosine, sine;
+    turn_vector(turns, &cosine, &sine);
+    set_row(c, i, ring * (double)cosine, ring * (double)sine, z, w);
+}
+
 static int greatest_divisor(int a, int b)
 {
     return b ? greatest_divisor(b, a % b) : a;
@@ -31,15 +40,14 @@ static void alchemy_table(struct screen_constants *c)
     while (greatest_divisor(turns, c->samples) != 1)
         turns++;
     for (int i = 0; i < c->samples; i++) {
-        const double angle = 2 * PI * i * turns / c->samples;
-        set_row(c, i, cos(angle), sin(angle), 0, 0);
+        set_turn(c, i, fraction((double)i * turns / c->samples), 1, 0, 0);
     }
 }
 
 static void hbao_table(struct screen_constants *c)
 {
     for (int i = 0; i < c->directions; i++)
-        set_row(c, i, cos(2 * PI * i / c->directions), sin(2 * PI * i / c->directions), 0, 0);
+        set_turn(c, i, (double)i / c->directions, 1, 0, 0);
 }
 
 /* Corners of cubes, each longer than the last (Kajalin's loop). */
@@ -64,8 +72,7 @@ static void ssao_world_table(struct screen_constants *c, const struct cranny_scr
         stride++;
     for (int i = 0; i < n; i++) {
         const double z = 1 - (2 * i + 1.0) / n, ring = sqrt(1 - z * z);
-        const double angle = 2 * PI * fraction(i * GOLDEN_RATIO_FRACTION);
-        set_row(c, i, ring * cos(angle), ring * sin(angle), z, (double)(i * stride % n) / n);
+        set_turn(c, i, fraction(i * GOLDEN_RATIO_FRACTION), ring, z, (double)(i * stride % n) / n);
     }
 }
 
@@ -88,11 +95,28 @@ static void raymarch_table(struct screen_constants *c, const struct cranny_scree
     for (int i = 0; i < c->samples; i++) {
         const int d = i / p->elevations, e = i % p->elevations;
         const double u = (e + fraction(0.5 + d * GOLDEN_RATIO_FRACTION)) / p->elevations;
-        const double angle = 2 * PI * (d + (e + 0.5) / p->elevations) / p->directions;
+        const double turns = (d + (e + 0.5) / p->elevations) / p->directions;
         const double z = p->cosine ? sqrt(1 - u) : 1 - u; /* u in [0, 1) */
         const double ring = sqrt(fmax(0, 1 - z * z));
-        set_row(c, i, ring * cos(angle), ring * sin(angle), z, 0);
+        set_turn(c, i, turns, ring, z, 0);
     }
+}
+
+/* Sixteen evenly spread turns and jitters: neighbours, rows, columns and 2×2 blocks all differ by
+ * far. The seed permutes the tile. */
+static void noise_tile(struct screen_constants *c)
+{
+    static const uint8_t turns[16] = {0, 8, 2, 10, 12, 4, 14, 6, 3, 11, 1, 9, 15, 7, 13, 5};
+    static const uint8_t jitters[16] = {0, 4, 8, 12, 9, 13, 1, 5, 6, 2, 14, 10, 15, 11, 7, 3};
+    const bool still = c->noise == CRANNY_NOISE_NONE;
+    for (int row = 0; row < 4; row++)
+        for (int i = 0; i < NOISE_ROW; i++) {
+            const int cell = (4 * row + (i & 3)) ^ (int)(c->seed & 15);
+            float *const cosine = &c->noise_rows[row][0][i], *const sine =
+                                                                 &c->noise_rows[row][1][i];
+            turn_vector(still ? 0.5 : turns[cell] / 16.0, cosine, sine);
+            c->noise_rows[row][2][i] = still ? 0.5f : ((float)jitters[cell] + 0.5f) / 16;
+        }
 }
 
 /* Factor on the mean of a method's terms. */
@@ -144,11 +168,9 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
         .inverse_radius = 1 / p->radius_world,
         .amount = amount(p),
         .contrast = p->contrast,
-        .bias = p->bias,
+        .bias = p->bias * (gbuffer->projection.top - gbuffer->projection.bottom),
         .epsilon = p->epsilon * p->radius_world * p->radius_world,
         .limit_px = fmaxf(1, p->kernel_limit * (float)viewport->height * pixels),
-        .sine_bias = (float)sin(p->angle_bias * PI / 180),
-        .cosine_bias = (float)cos(p->angle_bias * PI / 180),
         .range_default = p->range_default,
         .thickness = p->thickness * p->radius_world,
         .minimum_crease = p->minimum_crease,
@@ -158,7 +180,7 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
         .fade_scale = p->fade_begin < p->fade_end ? 1 / (p->fade_end - p->fade_begin) : 0,
         .filter_tolerance = p->filter_depth * p->radius_world,
         .filter_cosine = p->filter_normal,
-        .footprint = 0.5f,
+        .footprint = FILTER_FOOTPRINT,
         .samples = p->samples,
         .directions = p->directions,
         .steps = p->steps,
@@ -177,7 +199,9 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
     };
     if (p->fade_end <= p->fade_begin && p->fade_end < 1e11f)
         c->fade_scale = 1e30f;
+    turn_vector(p->angle_bias / 360.0, &c->cosine_bias, &c->sine_bias);
     surface_noise(c, gbuffer);
+    noise_tile(c);
     screen_kernel(c, p, viewport, pixels);
     switch ((enum cranny_method)p->method) {
     case CRANNY_SSAO:

@@ -222,8 +222,8 @@ static void report_steps(const struct frame *frame, const struct depth_values *v
     const double median = (double)depth_quantile(frame, values, 0.5);
     depth_found(findings, CRANNY_DEPTH_WARNING, "depth-steps",
                 "depth comes in steps of about %.3g m at %.4g m, so slopes are stairs; store 24 "
-                "bits or floats, or raise the bias to %.3g m",
-                step * median, median, 2 * step * median);
+                "bits or floats, or raise the bias as advised",
+                step * median, median);
 }
 
 static void report_quantum(const struct depth_values *values, struct depth_findings *findings)

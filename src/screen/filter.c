@@ -3,6 +3,7 @@
  *
  * All weigh a neighbour by the packed connections between the pixels on the way to it, found once a
  * frame, so that a pass reads one float and one byte a tap instead of depths and normals. */
+#include "base/portable.h"
 #include "screen/pipeline.h"
 
 static float bloom_px(float share, int viewport_height)
@@ -26,6 +27,12 @@ int filter_reach(const struct cranny_screen_params *params, int viewport_height)
     return 0;
 }
 
+/* exp(−x² / 2σ²), the same bits on every machine. */
+static float bell_at(double x, double deviation)
+{
+    return exp2_negative((float)(-0.7213475204444817 * x * x / (deviation * deviation)));
+}
+
 /* A bell of `radius` taps on each side that is a box of four convolved with a Gaussian: noise that
  * repeats every 4 pixels is taken out wholly, whatever the radius (from 3 on). */
 static void bell(int radius, float *weights)
@@ -35,7 +42,7 @@ static void bell(int radius, float *weights)
         double sum = 0;
         for (int j = 0; j < 4; j++) {
             const double at = k + j - 1.5;
-            sum += fabs(at) > radius - 1 ? 0 : exp(-0.5 * at * at / (deviation * deviation));
+            sum += fabs(at) > radius - 1 ? 0 : (double)bell_at(at, deviation);
         }
         weights[k] = (float)sum;
     }
@@ -47,7 +54,29 @@ static void bell(int radius, float *weights)
 static void gaussian(int radius, float deviation, float *weights)
 {
     for (int k = 0; k <= radius; k++)
-        weights[k] = (float)exp(-0.5 * k * k / ((double)deviation * deviation));
+        weights[k] = bell_at(k, (double)deviation);
+}
+
+enum cranny_status pipeline_edges(struct pipeline *p, struct cranny_error *why)
+{
+    struct canvas *c = &p->canvas;
+    uint8_t *memory = workspace_get(p->workspace, SLOT_EDGES, canvas_cells(c), 1);
+    if (!memory)
+        return fail_memory(why, "edges");
+    c->edges = memory + HALO_ROWS * c->stride + HALO_COLUMNS;
+    for (int y = -HALO_ROWS; y < c->height + HALO_ROWS; y++) {
+        memset(c->edges + canvas_index(c, -HALO_COLUMNS, y), 0, HALO_COLUMNS);
+        const int right = (c->width + 15) / 16 * 16;
+        memset(c->edges + canvas_index(c, right, y), 0, HALO_COLUMNS);
+    }
+    /* One row and column beyond: a connection is stored on its left and upper side. */
+    struct cranny_rect r = p->region;
+    r.x = max_int(0, r.x - 16);
+    r.width += p->region.x - r.x;
+    r.y = max_int(0, r.y - 1);
+    r.height += p->region.y - r.y;
+    FOR_TILES(r, row_tiles, p->threads, span, p->kernels->edges(c, &p->constants, &span));
+    return CRANNY_OK;
 }
 
 /* Along x into `between`, then along y into `out`. */
@@ -55,9 +84,9 @@ static void blur_both(const struct pipeline *p, int before, int after, const flo
                       const float *in, float *between, float *out)
 {
     const struct canvas *c = &p->canvas;
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->blur(c, false, before, after, weights, &span, in, between));
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->blur(c, true, before, after, weights, &span, between, out));
 }
 
@@ -94,25 +123,36 @@ static void box_columns(const float *in, float *out, int count, ptrdiff_t step, 
     }
 }
 
+/* Half-widths of three boxes whose variances, h (h + 1) / 3 each, come nearest to a Gaussian's. */
+static void three_boxes(float deviation, int half[3])
+{
+    const float variance = deviation * deviation;
+    const int least = (int)(0.5f * (sqrtf(4 * variance + 1) - 1));
+    const float rest = variance - (float)(least * (least + 1));
+    const int wider = (int)(1.5f * rest / (float)(least + 1) + 0.5f);
+    for (int i = 0; i < 3; i++)
+        half[i] = least + (i < wider);
+}
+
 /* A Gaussian as three boxes each way: cost does not grow with its size. `a` holds the result. */
 static void wide_gaussian(const struct pipeline *p, float deviation, float *a, float *b)
 {
     const struct cranny_rect *r = &p->region;
     const ptrdiff_t step = p->canvas.stride, at = canvas_index(&p->canvas, r->x, r->y);
-    /* Three boxes of width w have the variance (w² − 1) / 4. */
-    const int half = max_int(0, (int)(0.5f * (sqrtf(4 * deviation * deviation + 1) - 1) + 0.5f));
+    int half[3];
+    three_boxes(deviation, half);
 #pragma omp parallel for schedule(static) num_threads(p->threads)
     for (int y = 0; y < r->height; y++) {
         float *row = a + at + y * step, *other = b + at + y * step;
-        box_row(row, other, r->width, 1, half);
-        box_row(other, row, r->width, 1, half);
-        box_row(row, other, r->width, 1, half);
+        box_row(row, other, r->width, 1, half[0]);
+        box_row(other, row, r->width, 1, half[1]);
+        box_row(row, other, r->width, 1, half[2]);
     }
 #pragma omp parallel for schedule(static) num_threads(p->threads)
     for (int x = 0; x < r->width; x += 16) {
-        box_columns(b + at + x, a + at + x, r->height, step, half);
-        box_columns(a + at + x, b + at + x, r->height, step, half);
-        box_columns(b + at + x, a + at + x, r->height, step, half);
+        box_columns(b + at + x, a + at + x, r->height, step, half[0]);
+        box_columns(a + at + x, b + at + x, r->height, step, half[1]);
+        box_columns(b + at + x, a + at + x, r->height, step, half[2]);
     }
 }
 
@@ -161,7 +201,7 @@ static enum cranny_status bloom(struct pipeline *p, float *wide, float *near,
             const ptrdiff_t at = canvas_index(&p->canvas, x, y);
             const float open = 1 - wide_share * (1 - wide[at]) - near_share * (1 - near[at]);
             const bool sky = p->canvas.depth[at] > SKY_LIMIT;
-            wide[at] = sky ? 1 : clamp_float(open, 0, 1);
+            wide[at] = sky ? 1 : p->any_range ? open : clamp_float(open, 0, 1);
         }
     p->filtered = wide;
     return CRANNY_OK;

@@ -10,7 +10,11 @@
 #define HALO_COLUMNS 32
 #define HALO_ROWS 2
 #define FILTER_RADIUS_MAX 24
+/* Pixels that surfaces may be apart by without an edge, whatever the tolerance. */
+#define FILTER_FOOTPRINT 0.5f
 #define TABLE_MAX 256
+/* A row of the noise tile, repeated so that a vector can begin at any of its cells. */
+#define NOISE_ROW 20
 /* Depth that stands for sky inside: its square still fits a float. */
 #define SKY_DEPTH 1e12f
 #define SKY_LIMIT 1e11f
@@ -51,6 +55,7 @@ struct screen_constants {
     uint32_t seed;
     float world_from_view[12];
     float table[TABLE_MAX][4];
+    float noise_rows[4][3][NOISE_ROW]; /* cosine and sine of the turn, jitter */
 };
 
 /* A pass over rows [y_begin, y_end) and columns [x_begin, x_end) of a canvas; x_begin is a multiple

@@ -27,14 +27,6 @@
 #include "screen/equations/raymarch.h"
 #include "screen/equations/ssao.h"
 
-/* Sixteen evenly spread turns: neighbours, rows, columns and 2×2 blocks all differ by far. */
-static const float tile_turns[16] = {0,       0.5f,    0.125f,  0.625f,  0.75f,   0.25f,
-                                     0.875f,  0.375f,  0.1875f, 0.6875f, 0.0625f, 0.5625f,
-                                     0.9375f, 0.4375f, 0.8125f, 0.3125f};
-static const float tile_jitters[16] = {0.03125f, 0.28125f, 0.53125f, 0.78125f, 0.59375f, 0.84375f,
-                                       0.09375f, 0.34375f, 0.40625f, 0.15625f, 0.90625f, 0.65625f,
-                                       0.96875f, 0.71875f, 0.46875f, 0.21875f};
-
 static inline lane_3 load_normal(const struct canvas *canvas, ptrdiff_t at)
 {
     return vec3_(load(canvas->normal[0] + at), load(canvas->normal[1] + at),
@@ -47,72 +39,85 @@ static inline lane_f power_below(lane_f x)
     return bits_float(shift_left(shift_right(float_bits(x), 23), 23));
 }
 
-/* A hash of the cell of world space that the pixel's surface lies in; cells are as large as pixels
- * there, in powers of two, so that they stay while the camera moves. */
+/* Width of the cells of surface noise in pixels, before it is rounded down to a power of two of
+ * metres. In cells below a pixel each frame's pixels find other ones: at 1, a point's raw value
+ * changed by only 2 to 19 % less than with a hash on the screen; at 2 by 19 to 35 %; at 4 by 31 to
+ * 46 %, but then the filter leaves blotches: eq. 31 rises by 9 to 15 %, at 2 by 3 to 5
+ * (docs/measurements/temporal.md). */
+#define SURFACE_CELL_PX 2.0f
+
+/* A hash of the cell that the pixel's surface lies in: squares along the two world axes that follow
+ * the surface best, so that they stay while the camera moves. The third one would tell a surface
+ * that lies between two cells, as floors at 0 do, by its rounding. The weights keep the choice of
+ * axes away from surfaces at 45°. */
 static inline lane_i surface_hash(const struct canvas *canvas,
                                   const struct screen_constants *constants, const struct pixel *p)
 {
+    static const float weights[3] = {1, 1.03f, 1.07f};
     const float *m = constants->world_from_view;
-    const lane_f footprint = view_w(canvas, p->depth) * fabsf(canvas->scale_x);
+    const lane_f footprint = SURFACE_CELL_PX * view_w(canvas, p->depth) * fabsf(canvas->scale_x);
     const lane_f inverse = 1.0f / power_below(max_(footprint, splat(1e-20f)));
+    lane_f facing[3], most = splat(0.0f);
+    for (int row = 0; row < 3; row++, m += 4) {
+        facing[row] =
+            weights[row] * abs_(m[0] * p->normal.x + m[1] * p->normal.y + m[2] * p->normal.z);
+        most = max_(most, facing[row]);
+    }
     lane_i hash = splat_int((int32_t)constants->seed);
-    for (int row = 0; row < 3; row++) {
-        const lane_f world = m[4 * row] * p->position.x + m[4 * row + 1] * p->position.y +
-                             m[4 * row + 2] * p->position.z + m[4 * row + 3];
+    m = constants->world_from_view;
+    for (int row = 0; row < 3; row++, m += 4) {
+        const lane_f world =
+            m[0] * p->position.x + m[1] * p->position.y + m[2] * p->position.z + m[3];
         const lane_f cell = clamp_(world * inverse, -2e9f, 2e9f);
-        hash = hash_(xor_(hash, to_int(floor_(cell))));
+        const lane_f along = select_(less_(facing[row], most), floor_(cell), splat(0.0f));
+        hash = hash_(xor_(hash, to_int(along)));
     }
     return hash;
 }
 
 static inline void pixel_noise(const struct canvas *canvas,
-                               const struct screen_constants *constants, lane_i column, int row,
+                               const struct screen_constants *constants, int x, int y,
                                struct pixel *p)
 {
-    lane_f turn = splat(0.5f);
-    p->jitter = splat(0.5f);
-    const lane_i ix = column - splat_int(canvas->origin_x);
-    const int iy = row - canvas->origin_y;
+    const int ix = x - canvas->origin_x, iy = y - canvas->origin_y;
     if (constants->anchor == CRANNY_ANCHOR_SURFACE || constants->noise == CRANNY_NOISE_HASH) {
         lane_i hash;
+        const lane_i row = splat_int((int32_t)((uint32_t)iy + constants->seed));
         if (constants->anchor == CRANNY_ANCHOR_SURFACE)
             hash = surface_hash(canvas, constants, p);
         else
-            hash = hash_(
-                add_u32(ix, hash_(add_u32(splat_int(iy), splat_int((int32_t)constants->seed)))));
-        turn = unit_(hash);
+            hash = hash_(add_u32(add_u32(to_int(first_lanes()), splat_int(ix)), hash_(row)));
+        turn_(unit_(hash), &p->cosine, &p->sine);
         p->jitter = unit_(hash_(add_u32(hash, splat_int(0x51ed270b))));
-    } else if (constants->noise == CRANNY_NOISE_TILE) {
-        const int shift = (int)(constants->seed & 15);
-        const lane_i cell = (ix & 3) ^ splat_int(((iy & 3) * 4) ^ shift);
-        turn = gather(tile_turns, cell);
-        p->jitter = gather(tile_jitters, cell);
+        return;
     }
-    turn_(turn, &p->cosine, &p->sine);
+    const float(*tile)[NOISE_ROW] = constants->noise_rows[iy & 3];
+    p->cosine = load(tile[0] + (ix & 3));
+    p->sine = load(tile[1] + (ix & 3));
+    p->jitter = load(tile[2] + (ix & 3));
 }
 
 /* Everything that an estimator asks of its pixel. Returns where there is nothing to estimate: sky,
  * and surfaces on which the radius is below a pixel. */
-static inline lane_b pixel_setup(const struct canvas *canvas,
-                                 const struct screen_constants *constants, int x, int y,
-                                 struct pixel *p)
+static inline __attribute__((always_inline)) lane_b
+pixel_setup(const struct canvas *canvas, const struct screen_constants *constants, int x, int y,
+            struct pixel *p)
 {
     const ptrdiff_t at = canvas_index(canvas, x, y);
     p->x = first_lanes() + (float)x;
     p->y = splat((float)y);
     p->depth = load(canvas->depth + at);
+    const lane_f radius_px =
+        constants->radius / (fabsf(canvas->scale_x) * view_w(canvas, p->depth));
+    p->radius_x = min_(radius_px, splat(constants->limit_px));
+    p->radius_y = p->radius_x * fabsf(canvas->scale_x / canvas->scale_y);
+    const lane_b sky = less_(splat(SKY_LIMIT), p->depth);
+    const lane_b open = constants->world ? or_(sky, less_(radius_px, splat(1.0f))) : sky;
+    if (!any_(not_(open)))
+        return open;
     p->position = view_position(canvas, p->x, p->y, p->depth);
     p->normal = load_normal(canvas, at);
-    const lane_f w = view_w(canvas, p->depth);
-    lane_f rx = constants->radius / (fabsf(canvas->scale_x) * w);
-    lane_f ry = constants->radius / (fabsf(canvas->scale_y) * w);
-    const lane_f shrink = min_(constants->limit_px / rx, splat(1.0f));
-    p->radius_x = rx * shrink;
-    p->radius_y = ry * shrink;
-    const lane_b open = or_(less_(splat(SKY_LIMIT), p->depth),
-                            constants->world ? less_(rx, splat(1.0f)) : less_(rx, rx));
-    if (any_(not_(open)))
-        pixel_noise(canvas, constants, to_int(p->x), y, p);
+    pixel_noise(canvas, constants, x, y, p);
     return open;
 }
 

@@ -35,8 +35,9 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 #define INTENSITY(V) REAL(intensity, "", 0, 100, V, "factor on the occlusion")
 #define CONTRAST(V) REAL(contrast, "", 0.05, 20, V, "exponent on the visibility")
 #define BIAS(V)                                                                                    \
-    REAL(bias, "m/m", 0, 1, V,                                                                     \
-         "height over the tangent plane under which nothing occludes, for each metre of depth")
+    REAL(bias, "heights", 0, 1, V,                                                                 \
+         "height over the tangent plane under which nothing occludes, as a share of what the "     \
+         "picture's height spans at that depth")
 #define SAMPLES(HIGH, V) WHOLE(samples, "samples", 1, HIGH, V, "samples a pixel")
 #define DIRECTIONS(HIGH, V) WHOLE(directions, "directions", 1, HIGH, V, "directions around a pixel")
 #define STEPS(V) WHOLE(steps, "steps", 1, 256, V, "samples along a direction or ray")
@@ -139,8 +140,8 @@ static const struct cranny_param crease_rows[] = {
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     REAL(bloom_wide, "heights", 0.001, 0.2, 0.03, "deviation of the wide bloom"),
     REAL(bloom_near, "heights", 0.001, 0.2, 0.008, "deviation of the near bloom"),
-    REAL(bloom_wide_gain, "", 0, 10, 0.7, "factor on the wide bloom's occlusion"),
-    REAL(bloom_near_gain, "", 0, 10, 1.5, "factor on the near bloom's occlusion"),
+    REAL(bloom_wide_gain, "", 0, 100, 0.7, "factor on the wide bloom's occlusion"),
+    REAL(bloom_near_gain, "", 0, 100, 8, "factor on the near bloom's occlusion"),
     REAL(bloom_blend, "", 0, 1, 0.5, "share of the near bloom"),
     SWITCH(edge_bloom, 1, "bloom within edges only"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
@@ -222,7 +223,7 @@ static const struct setting crease_paper[] = {
 
 static const struct setting alchemy_paper[] = {
     {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"}, {"border", "clamp"},
-    {"bias", "0.0001"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
+    {"bias", "8.7e-5"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
     {"filter_radius", "6"}, {"epsilon", "0.0004"}, {NULL, NULL},
 };
 

@@ -66,38 +66,15 @@ static enum cranny_status prepare(struct pipeline *p, struct cranny_error *why)
                     (unsigned long long)invalid);
     report_invalid(p, invalid);
     p->region = grow_region(p);
-    const size_t cells = canvas_cells(&p->canvas);
-    uint8_t *edges = workspace_get(p->workspace, SLOT_EDGES, cells, 1);
     p->raw = canvas_plane(&p->canvas, p->workspace, SLOT_RAW);
-    if (!edges || !p->raw)
-        return fail_memory(why, "frame");
-    p->canvas.edges = edges + HALO_ROWS * p->canvas.stride + HALO_COLUMNS;
-    return CRANNY_OK;
-}
-
-/* Connections between pixels, for all filters of the frame. */
-static void find_edges(struct pipeline *p)
-{
-    const struct canvas *c = &p->canvas;
-    const struct screen_constants *k = &p->constants;
-    for (int y = -HALO_ROWS; y < c->height + HALO_ROWS; y++) {
-        memset(c->edges + canvas_index(c, -HALO_COLUMNS, y), 0, HALO_COLUMNS);
-        const int right = (c->width + 15) / 16 * 16;
-        memset(c->edges + canvas_index(c, right, y), 0, HALO_COLUMNS);
-    }
-    /* One row and column beyond: a connection is stored on its left and upper side. */
-    struct cranny_rect r = p->region;
-    r.x = max_int(0, r.x - 16);
-    r.width += p->region.x - r.x;
-    r.y = max_int(0, r.y - 1);
-    r.height += p->region.y - r.y;
-    FOR_SPANS(r, p->threads, span, p->kernels->edges(c, k, &span));
+    return p->raw ? CRANNY_OK : fail_memory(why, "frame");
 }
 
 static void estimate_full(struct pipeline *p)
 {
     estimate_fn *estimate = p->kernels->estimate[p->params->method];
-    FOR_SPANS(p->region, p->threads, span, estimate(&p->canvas, &p->constants, &span, p->raw));
+    FOR_TILES(p->region, square_tiles, p->threads, span,
+              estimate(&p->canvas, &p->constants, &span, p->raw));
 }
 
 static enum cranny_status estimate_half(struct pipeline *p, double *upsample_ms,
@@ -117,9 +94,9 @@ static enum cranny_status estimate_half(struct pipeline *p, double *upsample_ms,
     struct cranny_rect region = {r.x / 2 / 16 * 16, r.y / 2, 0, 0};
     region.width = min_int(half.width, (r.x + r.width) / 2 + 1) - region.x;
     region.height = min_int(half.height, (r.y + r.height) / 2 + 1) - region.y;
-    FOR_SPANS(region, p->threads, span, estimate(&half, &constants, &span, raw));
+    FOR_TILES(region, square_tiles, p->threads, span, estimate(&half, &constants, &span, raw));
     const double begin = seconds_now();
-    FOR_SPANS(p->region, p->threads, span,
+    FOR_TILES(p->region, row_tiles, p->threads, span,
               p->kernels->upsample(&p->canvas, &half, &p->constants, &span, raw, p->raw));
     *upsample_ms = 1e3 * (seconds_now() - begin);
     return CRANNY_OK;
@@ -135,9 +112,10 @@ static enum cranny_status run_stages(struct pipeline *p, struct cranny_screen_re
         return status;
     constants_make(&p->constants, p->params, p->gbuffer, &p->window.viewport, false);
     if (p->params->filter != CRANNY_FILTER_NONE || p->gbuffer->sample_count > 1)
-        find_edges(p);
+        status = pipeline_edges(p, why);
     const double prepared = seconds_now();
-    status = progress(p, "estimate", why);
+    if (status == CRANNY_OK)
+        status = progress(p, "estimate", why);
     if (status == CRANNY_OK && p->params->resolution == CRANNY_RESOLUTION_HALF)
         status = estimate_half(p, &upsample_ms, why);
     else if (status == CRANNY_OK)

@@ -1,7 +1,7 @@
 #include "trace/directions.h"
 
 #include "base/sequence.h"
-#include "trace/portable.h"
+#include "base/portable.h"
 
 struct spiral_ray {
     uint64_t key; /* part of the set, then the place on a Z-order curve: neighbours stay together */

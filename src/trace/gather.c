@@ -4,7 +4,7 @@
 #include "trace/gather.h"
 
 #include "trace/directions.h"
-#include "trace/portable.h"
+#include "base/portable.h"
 
 #if defined(__SSE__)
 #    include <xmmintrin.h>

@@ -1,12 +1,13 @@
-/* Failing allocations: load, bake, save and preview of small scenes with the n-th allocation of the
- * library refused, for every n until a run needs no more, once alone and once with all after it.
+/* Failing allocations: load, bake, save and preview of small scenes, and the screen-space methods
+ * and filters on a small frame, with the n-th allocation of the library refused, for every n until
+ * a run needs no more, once alone and once with all after it.
  * Each run must end in CRANNY_MEMORY, or in CRANNY_OK with the result of a run that was refused
  * nothing (shrinking may fail), leave no output behind and free what it took.
  * Only Cranny's own calls are counted: the linker routes them here (--wrap), other libraries' not.
  */
+#include "alloc/stages.h"
 #include "check.h"
 
-#include <cranny/bake.h>
 #include <dirent.h>
 #include <pthread.h>
 #include <unistd.h>
@@ -108,18 +109,7 @@ void __wrap_free(void *block)
     __real_free(block);
 }
 
-/* What the stages work on; made without failures before they run. */
-struct context {
-    const char *name;
-    uint8_t *data;
-    size_t size;
-    struct cranny_scene *scene;
-    struct cranny_bake *bake;
-    char folder[64], output[80];
-    uint64_t *digest; /* of what a stage that succeeds makes */
-};
-
-static void fold(const struct context *with, const void *bytes, size_t size)
+void fold(const struct context *with, const void *bytes, size_t size)
 {
     const uint8_t *byte = bytes;
     for (size_t i = 0; i < size; i++)
@@ -258,12 +248,7 @@ static enum cranny_status stage_arrays(const struct context *with, struct cranny
     return status;
 }
 
-typedef enum cranny_status stage_fn(const struct context *, struct cranny_error *);
-
-static const struct stage {
-    const char *name;
-    stage_fn *run;
-} stages[] = {
+static const struct stage stages[] = {
     {"load", stage_load},
     {"bake", stage_bake},
     {"save occlusion", stage_occlusion},
@@ -317,7 +302,7 @@ static bool run_once(const struct stage *stage, const struct context *with, size
     return ledger.failed;
 }
 
-static void sweep(const struct stage *stage, const struct context *with)
+void sweep(const struct stage *stage, const struct context *with)
 {
     size_t n = 0;
     run_once(stage, with, 0, false, 0);
@@ -371,6 +356,7 @@ int main(int argc, char **argv)
         return check_skip("alloc", "no folder can be made here");
     for (int i = 1; i < argc; i++)
         check_file(argv[i], folder);
+    sweep_frames(folder);
     CHECK(rmdir(folder) == 0);
     return check_end("alloc");
 }

@@ -3,7 +3,9 @@
  *
  * Departures: the terms have the unit 1/m; `amount` holds 2 σ u with u = 2 radius, so that the
  * picture follows the radius through scales and is eq. 10 at the paper's radius of 0.5 m. ε is a
- * share of radius². `falloff` none is the paper's; the calibrated one reaches zero at the radius.
+ * share of radius². z_C β is a share of the height that the picture spans at that depth, which is
+ * the same at the paper's lens, and does not grow with the distance of a long one. `falloff` none
+ * is the paper's; the calibrated one reaches zero at the radius.
  */
 
 /* Samples of a pixel by the projected radius: bands of halved size (Fig. 5). */
@@ -25,7 +27,7 @@ FUNCTION lane_f alchemy_estimate(VIEW_ARG CONSTANTS_ARG pixel p)
     const lane_f zero = splat(0.0f), one = splat(1.0f);
     const lane_f count = alchemy_count(CONSTANTS_PASS p.radius_x);
     const lane_f per_sample = one / count;
-    const lane_f bias = p.depth * K(bias);
+    const lane_f bias = view_w(VIEW_PASS p.depth) * K(bias);
     lane_f sum = zero, taken = zero;
     for (int i = 0; i < K(samples); i++) {
         const lane_b within = less_(splat(float_(i)), count);

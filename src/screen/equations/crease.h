@@ -10,7 +10,7 @@
 FUNCTION lane_f crease_estimate(VIEW_ARG CONSTANTS_ARG pixel p)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f);
-    const lane_f bias = p.depth * K(bias);
+    const lane_f bias = view_w(VIEW_PASS p.depth) * K(bias);
     lane_f sum = zero, taken = zero;
     for (int i = 0; i < K(samples); i++) {
         lane_f ox = splat(K(table)[i][0] * K(kernel_x)), oy = splat(K(table)[i][1] * K(kernel_y));

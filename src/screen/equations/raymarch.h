@@ -27,7 +27,7 @@ FUNCTION axes raymarch_axes(lane_3 n)
 FUNCTION lane_f raymarch_estimate(VIEW_ARG CONSTANTS_ARG pixel p)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f);
-    const lane_f bias = p.depth * K(bias);
+    const lane_f bias = view_w(VIEW_PASS p.depth) * K(bias);
     const float step = 1.0f / float_(K(steps));
     const axes across = raymarch_axes(p.normal);
     lane_f sum = zero, taken = zero;

@@ -55,7 +55,7 @@ FUNCTION lane_f ssao_hemisphere(VIEW_ARG CONSTANTS_ARG pixel p)
 {
     const lane_f zero = splat(0.0f), one = splat(1.0f);
     const lane_3 rotation = ssao_rotation(p);
-    const lane_f bias = p.depth * K(bias);
+    const lane_f bias = view_w(VIEW_PASS p.depth) * K(bias);
     lane_f sum = zero, taken = zero;
     for (int i = 0; i < K(samples); i++) {
         const lane_3 unit =

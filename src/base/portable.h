@@ -1,6 +1,6 @@
 /* Elementary functions that give the same bits on every machine, which libm's do not. */
-#ifndef TRACE_PORTABLE_H
-#define TRACE_PORTABLE_H
+#ifndef BASE_PORTABLE_H
+#define BASE_PORTABLE_H
 
 #include <math.h>
 #include <stdint.h>

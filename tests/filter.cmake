@@ -1,0 +1,1 @@
+cranny_test(filter LAYERS screen TIMEOUT 120)
