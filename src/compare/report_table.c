@@ -141,9 +141,11 @@ void report_table(FILE *out, const struct cranny_report *report,
     const struct cranny_report_trial *rows[ROW_LIMIT];
     const size_t count = collect_rows(report, rows);
     const bool has_means = report->view_count > 1;
-    fputs("<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Times and errors\">\n"
-          "<table>\n",
-          out);
+    fprintf(
+        out,
+        "<div class=\"scroll\" tabindex=\"0\" role=\"region\" aria-label=\"Times and errors\">\n"
+        "<table style=\"--columns:%zu\">\n",
+        2 * (report->view_count + has_means));
     head(out, report, has_means);
     fputs("<tbody>\n", out);
     reference_row(out, report, has_means);
