@@ -84,7 +84,8 @@ static const char summary[] =
     "that needs nothing else, DIR/results.json holds the numbers, DIR/images the pictures. Truths\n"
     "are kept, so that a second run is quick. Each picture's command stands beside it.\n"
     "A scene that cannot be read is reported, and the others go on; the exit status is then its,\n"
-    "and the page names it. An interrupted run leaves the old files as they were.";
+    "and the page names it. An interrupted run leaves the old files as they were, and keeps the\n"
+    "truths that it has traced.";
 
 static const char examples[] =
     "  cranny compare level.glb -o out                        the file's cameras\n"

@@ -315,6 +315,8 @@ static enum cranny_status get_truth(struct stage *stage, struct cranny_error *wh
     view->truth = stage->truth.report;
     view->truth_s = stage->truth.seconds;
     view->truth_kept = stage->truth.kept;
+    if (!view->truth_kept)
+        compare->ui.written = compare->cache;
     view->image = picture_name(stage, "truth", "", ".png");
     if (!view->image)
         return refuse(why, CRANNY_MEMORY, "out of memory for file names");

@@ -310,11 +310,15 @@ static void check_text_is(const char *path, const char *expected)
     free(text);
 }
 
-static void interrupt(const char *option, const char *value)
+static void interrupt(const char *option, const char *value, const char *words)
 {
-    char *args[] = {(char *)"cranny",  (char *)"compare", (char *)"view.gltf", (char *)"--size",
-                    (char *)"320x240", (char *)"-o",      (char *)"out",       (char *)"--camera",
-                    (char *)"0",       (char *)option,    (char *)value,       NULL};
+    char *args[] = {(char *)"cranny",    (char *)"compare",
+                    (char *)"view.gltf", (char *)"--size",
+                    (char *)"320x240",   (char *)"-o",
+                    (char *)"out",       (char *)"--camera",
+                    (char *)"0",         (char *)"--repeat",
+                    (char *)"1000",      (char *)option,
+                    (char *)value,       NULL};
     pid_t child = start(RLIM_INFINITY, -1, args);
     nanosleep(&(struct timespec){0, 900000000}, NULL);
     const double sent_s = now_s();
@@ -324,7 +328,7 @@ static void interrupt(const char *option, const char *value)
     CHECK_MSG(now_s() - sent_s < 5, "%.1f s to stop", now_s() - sent_s);
     size_t size;
     char *err = read_file(".err", &size);
-    CHECK_TEXT(err, "cranny: interrupted; nothing was written");
+    CHECK_TEXT(err, words);
     free(err);
     unlink(".out");
     unlink(".err");
@@ -332,13 +336,21 @@ static void interrupt(const char *option, const char *value)
 
 static void test_interrupt(void)
 {
-    interrupt("--rays", "65536");
+    static const char nothing[] = "cranny: interrupted; nothing was written";
+    interrupt("--rays", "65536", nothing);
     CHECK(access("out", F_OK) != 0);
+    CHECK_RUN("compare", "view.gltf", "-q", "-o", "out", "--camera", "0", "--size", "320x240",
+              "--rays", "8", "--repeat", "1", "--methods", "ssao");
+    remove_tree("out/cache");
+    write_file("out/index.html", "old", 3);
+    interrupt("--rays", "8", "cranny: interrupted; only out/cache was written");
+    check_text_is("out/index.html", "old");
+    remove_tree("out");
     CHECK(mkdir("out", 0700) == 0 && mkdir("out/images", 0700) == 0);
     write_file("out/index.html", "old", 3);
     write_file("out/images/mine.png", "old", 3);
     char *before = tree_of("out");
-    interrupt("--rays", "65536");
+    interrupt("--rays", "65536", nothing);
     char *after = tree_of("out");
     CHECK_MSG(strcmp(before, after) == 0, "before: %s after: %s", before, after);
     check_text_is("out/index.html", "old");
