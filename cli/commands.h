@@ -9,6 +9,7 @@
 int command_bake(int argc, char **argv);
 int command_info(int argc, char **argv);
 int command_check(int argc, char **argv);
+int command_compare(int argc, char **argv);
 int command_diff(int argc, char **argv);
 int command_render(int argc, char **argv);
 

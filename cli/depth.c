@@ -180,7 +180,7 @@ static enum cranny_status check_flip(const char *axes, struct cranny_error *why)
                          "--normal-flip: '%.200s' is not some of x, y and z; as in yz", axes);
 }
 
-static enum cranny_status check_view(const struct view_options *view, struct cranny_error *why)
+enum cranny_status view_options_check(const struct view_options *view, struct cranny_error *why)
 {
     if (view->fov_degrees != 0 && view->half_height != 0)
         return refuse(why, CRANNY_USAGE, "--fov and --ortho: give one of them");
@@ -200,7 +200,7 @@ enum cranny_status depth_options_check(const struct interface *face,
         options->depth ? options_refuse(face, &load_options, 0, "a scene, not with --depth", why)
                        : options_refuse(face, &depth_options, 1, "--depth FILE", why);
     if (status == CRANNY_OK)
-        status = check_view(view, why);
+        status = view_options_check(view, why);
     if (status == CRANNY_OK)
         status = check_kind(face, options, why);
     if (status == CRANNY_OK)

@@ -29,6 +29,9 @@ extern const struct option_group depth_options, view_options;
 struct depth_options depth_options_default(void);
 struct view_options view_options_default(void);
 
+/* CRANNY_USAGE when the field of view makes no sense. */
+enum cranny_status view_options_check(const struct view_options *view, struct cranny_error *why);
+
 /* What does not fit together among the options; looks at no file. CRANNY_USAGE when an option is
  * given that only makes sense with --depth. */
 enum cranny_status depth_options_check(const struct interface *face,

@@ -18,6 +18,8 @@ static const struct command commands[] = {
     {"info", command_info, "info  SCENE", "what is in the scene"},
     {"check", command_check, "check SCENE | --depth FILE",
      "what is wrong with it, and what to pass for its size"},
+    {"compare", command_compare, "compare SCENE... -o DIR",
+     "every method beside the truth: times, errors, a page"},
     {"diff", command_diff, "diff  A B", "how far image A is from image B, the reference"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };
@@ -38,7 +40,8 @@ static int print_help(void)
            "  cranny bake level.glb           writes level-ao.glb, which any viewer shows\n"
            "  cranny bake level.glb --preview level.png\n"
            "  cranny render level.glb         writes level-ao.png, a picture of the visibility\n"
-           "  cranny render --depth depth.exr --fov 60\n");
+           "  cranny render --depth depth.exr --fov 60\n"
+           "  cranny compare level.glb -o out which method is best here: out/index.html\n");
     return ui_finish_output(&ui);
 }
 

@@ -322,7 +322,20 @@ static enum cranny_status store(const struct option *row, void *field, const cha
         return parse_vector(row, text, field, why);
     case OPTION_RECT:
         return parse_rect(row, text, field, why);
+    case OPTION_LIST:
+        break;
     }
+    return CRANNY_OK;
+}
+
+static enum cranny_status append(const struct option *row, struct option_list *list,
+                                 const char *text, size_t operands, struct cranny_error *why)
+{
+    if (list->count == OPTION_LIST_LIMIT)
+        return refuse(why, CRANNY_USAGE, "--%s: given more than %d times", row->name,
+                      OPTION_LIST_LIMIT);
+    list->items[list->count].text = text;
+    list->items[list->count++].operands = operands;
     return CRANNY_OK;
 }
 
@@ -356,6 +369,8 @@ static enum cranny_status parse_known(struct parser *parser, const struct option
             return status;
     }
     note_given(parser->face, row->name);
+    if (row->type == OPTION_LIST)
+        return append(row, field, text, parser->face->operand_count, why);
     return store(row, field, text, why);
 }
 

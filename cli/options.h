@@ -17,6 +17,18 @@ enum option_type {
     OPTION_POSITIVE, /* field is double; above 0, "inf" too */
     OPTION_VECTOR,   /* field is double[3]; X,Y,Z */
     OPTION_RECT,     /* field is struct cranny_rect; X,Y,WIDTH,HEIGHT in pixels */
+    OPTION_LIST,     /* field is struct option_list; may be given again and again */
+};
+
+enum { OPTION_LIST_LIMIT = 128 };
+
+/* Texts as given, each with the number of operands before it. */
+struct option_list {
+    struct {
+        const char *text;
+        size_t operands;
+    } items[OPTION_LIST_LIMIT];
+    size_t count;
 };
 
 struct option {

@@ -54,6 +54,30 @@ struct render {
 extern const struct option_group scene_options;
 struct scene_options scene_options_default(void);
 
+/* A loaded scene, and how the command line says to look at it. */
+struct scene_view {
+    const struct cranny_scene *scene;
+    const struct cranny_tracer *tracer;
+    const struct interface *face;
+    const struct scene_options *options;
+    const struct view_options *lens;
+    const char *input;
+};
+
+/* What does not fit together among the options of a camera. */
+enum cranny_status scene_view_check(const struct interface *face,
+                                    const struct scene_options *options, struct cranny_error *why);
+
+/* The camera that they give: by hand, one of the file's, or a fitting view. */
+enum cranny_status scene_view_camera(const struct scene_view *view, struct cranny_camera *camera,
+                                     struct cranny_error *why);
+
+/* --fov or --ortho over what the camera has. */
+void scene_view_set_lens(const struct view_options *lens, struct cranny_camera *camera);
+
+/* Pixels to draw around a picture of `size`; `given` from the command line, or -1. */
+int scene_view_guard(const int size[2], int given);
+
 /* "alchemy", "raytrace" …, NULL-terminated. */
 extern const char *const render_methods[];
 
@@ -73,6 +97,11 @@ enum cranny_status render_estimate(struct render *render, struct cranny_error *w
 enum cranny_status gbuffer_name_files(struct render *render, struct cranny_error *why);
 enum cranny_status gbuffer_check_files(const struct render *render, struct cranny_error *why);
 enum cranny_status gbuffer_write(const struct render *render, struct cranny_error *why);
+
+/* A warning when the radius is of another scale than what the frame shows, and the picture so
+ * white or grey; `input` is where the frame is from. */
+void warn_about_radius(struct ui *ui, const char *input, const struct cranny_gbuffer *g,
+                       double radius);
 
 /* The result on stdout; the exit status. */
 int render_print(struct render *render);

@@ -53,26 +53,26 @@ static double radius_of(const struct render *render)
                                                      : (double)render->screen.radius_world;
 }
 
-/* A radius of another scale than the scene's gives a white or a grey picture. */
-static void warn_about_radius(struct render *render)
+void warn_about_radius(struct ui *ui, const char *input, const struct cranny_gbuffer *g,
+                       double radius)
 {
-    const struct cranny_gbuffer *g = &render->gbuffer;
     const float median = median_depth(g), extent = g->projection.top - g->projection.bottom;
     const bool parallel = g->projection.kind == CRANNY_ORTHOGRAPHIC;
     const double height_world = (double)extent * (parallel ? 1 : (double)median);
-    const double share = radius_of(render) / height_world;
+    const double share = radius / height_world;
     if (!(height_world > 0))
         return;
     if (share * g->viewport.height < 2)
-        ui_warn(&render->ui,
-                "the radius of %g m covers %.2g pixels at the median depth, %.4g m: little will "
-                "show; --radius %.2g covers a tenth of the picture's height",
-                radius_of(render), share * g->viewport.height, (double)median, 0.1 * height_world);
+        ui_warn(ui,
+                "%.400s: the radius of %g m covers %.2g pixels at the median depth, %.4g m: little "
+                "will show; --radius %.2g covers a tenth of the picture's height",
+                input, radius, share * g->viewport.height, (double)median, 0.1 * height_world);
     else if (share > 1.0 / 3)
-        ui_warn(&render->ui,
-                "the radius of %g m covers %.2g of the picture's height at the median depth, %.4g "
-                "m: occluders out of sight will be missed; --radius %.2g covers a tenth",
-                radius_of(render), share, (double)median, 0.1 * height_world);
+        ui_warn(ui,
+                "%.400s: the radius of %g m covers %.2g of the picture's height at the median "
+                "depth, %.4g m: occluders out of sight will be missed; --radius %.2g covers a "
+                "tenth",
+                input, radius, share, (double)median, 0.1 * height_world);
 }
 
 static void on_finding(void *user, enum cranny_depth_severity severity, const char *code,
@@ -156,7 +156,7 @@ enum cranny_status render_estimate(struct render *render, struct cranny_error *w
 {
     const size_t width = (size_t)render->gbuffer.viewport.width;
     const size_t height = (size_t)render->gbuffer.viewport.height;
-    warn_about_radius(render);
+    warn_about_radius(&render->ui, render->input, &render->gbuffer, radius_of(render));
     render->visibility = calloc(width * height, sizeof *render->visibility);
     if (!render->visibility)
         return refuse(why, CRANNY_MEMORY, "%zu x %zu pixels do not fit in memory", width, height);

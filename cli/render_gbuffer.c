@@ -1,6 +1,7 @@
 /* --gbuffer: depth, normals, and how to read them back. */
 #include "paths.h"
 #include "render.h"
+#include "shell.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -52,20 +53,6 @@ enum cranny_status gbuffer_check_files(const struct render *render, struct crann
     return CRANNY_OK;
 }
 
-/* A word as a shell reads it. */
-static void quote(const char *word, char *out, size_t size)
-{
-    size_t used = 0;
-    if (!word[strcspn(word, " \t\n'\"\\$`&|;<>()*?[]#~!{}")]) {
-        snprintf(out, size, "%s", word);
-        return;
-    }
-    used += (size_t)snprintf(out, size, "'");
-    for (; *word && used + 8 < size; word++)
-        used += (size_t)snprintf(out + used, size - used, *word == '\'' ? "'\\''" : "%c", *word);
-    snprintf(out + used, size - used, "'");
-}
-
 static double view_value(const struct cranny_projection *projection)
 {
     const double top = (double)projection->top;
@@ -75,15 +62,21 @@ static double view_value(const struct cranny_projection *projection)
 static json_t *command_json(const struct render *render)
 {
     const struct cranny_gbuffer *g = &render->gbuffer;
-    char depth[1024], normal[1024], command[2600];
-    quote(render->gbuffer_files[FILE_DEPTH], depth, sizeof depth);
-    quote(render->gbuffer_files[FILE_NORMAL], normal, sizeof normal);
-    snprintf(command, sizeof command,
-             "cranny render --depth %s --normal %s --%s %.9g --viewport %d,%d,%d,%d --guard %d",
-             depth, normal, g->projection.kind == CRANNY_ORTHOGRAPHIC ? "ortho" : "fov",
-             view_value(&g->projection), g->viewport.x, g->viewport.y, g->viewport.width,
-             g->viewport.height, g->guard_band);
-    return json_text(command);
+    char *command = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&command, &size);
+    if (!out)
+        return NULL;
+    fputs("cranny render --depth ", out);
+    shell_path(out, render->gbuffer_files[FILE_DEPTH]);
+    fputs(" --normal ", out);
+    shell_path(out, render->gbuffer_files[FILE_NORMAL]);
+    fprintf(out, " --%s %.9g --viewport %d,%d,%d,%d --guard %d",
+            g->projection.kind == CRANNY_ORTHOGRAPHIC ? "ortho" : "fov", view_value(&g->projection),
+            g->viewport.x, g->viewport.y, g->viewport.width, g->viewport.height, g->guard_band);
+    json_t *text = fclose(out) == 0 ? json_text(command) : NULL;
+    free(command);
+    return text;
 }
 
 static json_t *description(const struct render *render)

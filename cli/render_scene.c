@@ -60,31 +60,40 @@ struct scene_options scene_options_default(void)
     return (struct scene_options){.size = {1280, 720}, .up = {0, 1, 0}};
 }
 
-enum cranny_status scene_options_check(const struct render *render, struct cranny_error *why)
+enum cranny_status scene_view_check(const struct interface *face,
+                                    const struct scene_options *options, struct cranny_error *why)
 {
-    const struct interface *face = render->face;
-    if (render->depth.depth)
-        return options_refuse(face, &scene_options, 0, "a scene, not with --depth", why);
     const bool eye = option_given(face, "eye"), target = option_given(face, "target");
     if (eye != target)
         return refuse(why, CRANNY_USAGE, "--%s needs --%s, too", eye ? "eye" : "target",
                       eye ? "target" : "eye");
     if (!eye && option_given(face, "up"))
         return refuse(why, CRANNY_USAGE, "--up goes with --eye and --target");
-    if (eye && render->view_scene.camera)
+    if (eye && options->camera)
         return refuse(why, CRANNY_USAGE, "--camera and --eye: give one of them");
+    return CRANNY_OK;
+}
+
+enum cranny_status scene_options_check(const struct render *render, struct cranny_error *why)
+{
+    if (render->depth.depth)
+        return options_refuse(render->face, &scene_options, 0, "a scene, not with --depth", why);
+    const enum cranny_status status = scene_view_check(render->face, &render->view_scene, why);
+    if (status != CRANNY_OK)
+        return status;
     if (render->options.gbuffer && render->view_scene.msaa)
         return refuse(why, CRANNY_USAGE, "--gbuffer holds one sample a pixel: leave out --msaa");
     return CRANNY_OK;
 }
 
-static enum cranny_status find_camera(const struct render *render, const char *name,
-                                      struct cranny_camera *camera, struct cranny_error *why)
+static enum cranny_status find_camera(const struct scene_view *view, struct cranny_camera *camera,
+                                      struct cranny_error *why)
 {
-    const uint32_t count = cranny_scene_camera_count(render->scene);
+    const uint32_t count = cranny_scene_camera_count(view->scene);
+    const char *name = view->options->camera;
     for (uint32_t i = 0; i < count; i++)
-        if (strcmp(cranny_scene_camera(render->scene, i)->name, name) == 0) {
-            *camera = *cranny_scene_camera(render->scene, i);
+        if (strcmp(cranny_scene_camera(view->scene, i)->name, name) == 0) {
+            *camera = *cranny_scene_camera(view->scene, i);
             return CRANNY_OK;
         }
     char *end;
@@ -93,50 +102,60 @@ static enum cranny_status find_camera(const struct render *render, const char *n
         return refuse(why, CRANNY_USAGE,
                       "--camera: '%.200s' is none of the %" PRIu32 " cameras of %.400s; 'cranny "
                       "info' names them",
-                      name, count, render->input);
-    *camera = *cranny_scene_camera(render->scene, (uint32_t)number);
+                      name, count, view->input);
+    *camera = *cranny_scene_camera(view->scene, (uint32_t)number);
     return CRANNY_OK;
 }
 
-static enum cranny_status choose_camera(const struct render *render, struct cranny_camera *camera,
-                                        struct cranny_error *why)
+void scene_view_set_lens(const struct view_options *lens, struct cranny_camera *camera)
 {
-    const struct scene_options *options = &render->view_scene;
-    const double degrees = render->view.fov_degrees;
+    if (lens->fov_degrees != 0) {
+        camera->orthographic = false;
+        camera->fov_y = (float)(lens->fov_degrees * PI / 180);
+    } else if (lens->half_height != 0) {
+        camera->orthographic = true;
+        camera->half_height = (float)lens->half_height;
+    }
+}
+
+enum cranny_status scene_view_camera(const struct scene_view *view, struct cranny_camera *camera,
+                                     struct cranny_error *why)
+{
+    const struct scene_options *options = view->options;
+    const double degrees = view->lens->fov_degrees;
     const float aspect = (float)options->size[0] / (float)options->size[1];
     enum cranny_status status = CRANNY_OK;
-    if (option_given(render->face, "eye"))
+    if (option_given(view->face, "eye"))
         status =
             cranny_camera_look_at(options->eye, options->target, options->up,
                                   (float)((degrees != 0 ? degrees : 60) * PI / 180), camera, why);
     else if (options->camera)
-        status = find_camera(render, options->camera, camera, why);
-    else if (cranny_scene_camera_count(render->scene))
-        *camera = *cranny_scene_camera(render->scene, 0);
+        status = find_camera(view, camera, why);
+    else if (cranny_scene_camera_count(view->scene))
+        *camera = *cranny_scene_camera(view->scene, 0);
     else
-        status = cranny_camera_default(render->scene, render->tracer, aspect, camera, why);
-    if (degrees != 0) {
-        camera->orthographic = false;
-        camera->fov_y = (float)(degrees * PI / 180);
-    } else if (render->view.half_height != 0) {
-        camera->orthographic = true;
-        camera->half_height = (float)render->view.half_height;
-    }
+        status = cranny_camera_default(view->scene, view->tracer, aspect, camera, why);
+    scene_view_set_lens(view->lens, camera);
     return status;
 }
 
 /* A tenth of the height, as far as it fits: half of what a method may reach, and nearly all of
  * what it does. */
-static int guard_of(const struct render *render)
+int scene_view_guard(const int size[2], int given)
 {
-    const int *size = render->view_scene.size;
-    if (render->view.guard >= 0)
-        return render->view.guard;
-    if (render->options.method == RENDER_RAYTRACE)
-        return 0;
+    if (given >= 0)
+        return given;
     const int longer = size[0] > size[1] ? size[0] : size[1];
     const int room = (CRANNY_SIDE_MAX - longer) / 2, wanted = size[1] / 10;
     return wanted < room ? wanted : room;
+}
+
+static int guard_of(const struct render *render)
+{
+    const int given = render->view.guard;
+    if (given < 0 && render->options.method == RENDER_RAYTRACE)
+        return 0;
+    return scene_view_guard(render->view_scene.size, given);
 }
 
 static enum cranny_status draw(struct render *render, int threads, struct cranny_error *why)
@@ -151,7 +170,9 @@ static enum cranny_status draw(struct render *render, int threads, struct cranny
     params.threads = threads;
     params.hooks = &render->ui.hooks;
     const double begin_s = clock_s();
-    enum cranny_status status = choose_camera(render, &camera, why);
+    const struct scene_view view = {render->scene,       render->tracer, render->face,
+                                    &render->view_scene, &render->view,  render->input};
+    enum cranny_status status = scene_view_camera(&view, &camera, why);
     if (status == CRANNY_OK)
         status = cranny_frame_create(render->scene, render->tracer, &camera, &params,
                                      &render->frame, why);

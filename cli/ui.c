@@ -185,7 +185,8 @@ static void draw(struct ui *ui, const char *stage, double done, double total, do
     if (spent_s > 0.5 && share > 0)
         snprintf(left, sizeof left, left_s < 90 ? "  %.0f s left" : "  %.0f min left",
                  left_s < 90 ? ceil(left_s) : ceil(left_s / 60));
-    fprintf(stderr, "\rcranny: %-8s %3.0f %%%s%s\x1b[K", stage, floor(share * 100), rate, left);
+    fprintf(stderr, "\rcranny: %s%-8s %3.0f %%%s%s\x1b[K", ui->heading, stage, floor(share * 100),
+            rate, left);
     fflush(stderr);
     ui->drawn = true;
     ui->drawn_s = now_s;
@@ -223,7 +224,19 @@ void ui_end(struct ui *ui)
     ui->warnings = NULL;
 }
 
-int ui_fail(struct ui *ui, const struct cranny_error *why)
+void ui_head(struct ui *ui, const char *format, ...)
+{
+    va_list args;
+    va_start(args, format);
+    vsnprintf(ui->heading, sizeof ui->heading, format, args);
+    va_end(args);
+    for (char *c = ui->heading; *c; c++)
+        if ((unsigned char)*c < 0x20 || *c == 0x7f)
+            *c = ' ';
+    ui->stage = NULL;
+}
+
+void ui_complain(struct ui *ui, const struct cranny_error *why)
 {
     ui_erase(ui);
     if (why->status == CRANNY_CANCELLED && ui->written)
@@ -232,6 +245,11 @@ int ui_fail(struct ui *ui, const struct cranny_error *why)
         fprintf(stderr, "cranny: interrupted; nothing was written\n");
     else
         fprintf(stderr, "cranny: %s\n", why->message);
+}
+
+int ui_fail(struct ui *ui, const struct cranny_error *why)
+{
+    ui_complain(ui, why);
     return cranny_exit_status(why->status);
 }
 

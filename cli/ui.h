@@ -12,6 +12,7 @@ struct ui {
     json_t *warnings;          /* every warning so far, NULL until there is one */
     bool draws;                /* stderr is a terminal that can erase a line */
     bool drawn;                /* a progress line is on the screen */
+    char heading[96];          /* goes before the stage in the progress line */
     const char *stage;
     double stage_begin_s, drawn_s;
     const char *written;    /* an output that an interruption leaves whole, NULL: none */
@@ -29,10 +30,16 @@ void ui_end(struct ui *ui);
 bool ui_interrupted(void);
 void ui_catch_signals(void);
 
+/* What the stages from here on belong to, as in "view 2: "; their clock starts anew. */
+void ui_head(struct ui *ui, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
 /* Erase the progress line, as before any other output. */
 void ui_erase(struct ui *ui);
 
 void ui_warn(struct ui *ui, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* Print the error's line, as ui_fail does. */
+void ui_complain(struct ui *ui, const struct cranny_error *why);
 
 /* Print the error's line, return the exit status that belongs to it. */
 int ui_fail(struct ui *ui, const struct cranny_error *why);

@@ -32,7 +32,7 @@ if(CRANNY_NODE AND TARGET cranny-command)
     endif()
     set(web_environment "CRANNY_LACKING=${lacking}" ${CRANNY_TEST_ENVIRONMENT} "CRANNY_COMMAND=$<TARGET_FILE:cranny-command>"
         "CRANNY_WEB_OUTPUT=${CMAKE_CURRENT_BINARY_DIR}/web")
-    foreach(test bake validate lossless browser)
+    foreach(test bake validate lossless browser compare)
         add_test(NAME web_${test} COMMAND ${CRANNY_NODE} ${CMAKE_CURRENT_SOURCE_DIR}/web/${test}.mjs)
         set_tests_properties(web_${test} PROPERTIES LABELS web SKIP_RETURN_CODE 77 TIMEOUT 900
             ENVIRONMENT "${web_environment}")

@@ -9,6 +9,7 @@
 #include <cranny/frame.h>
 #include <cranny/gbuffer.h>
 #include <cranny/image.h>
+#include <cranny/report.h>
 #include <cranny/scene.h>
 #include <cranny/screen.h>
 #include <cranny/trace.h>

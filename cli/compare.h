@@ -1,0 +1,117 @@
+/* Every method beside the truth, from the command line to the folder. */
+#ifndef CLI_COMPARE_H
+#define CLI_COMPARE_H
+
+#include "render.h"
+
+enum { COMPARE_SCENE_LIMIT = 64, COMPARE_METHOD_LIMIT = 64, COMPARE_VIEW_LIMIT = 999 };
+
+struct compare_options {
+    const char *output, *cache, *methods;
+    struct option_list views, radii;
+    int view_count; /* --views; 0: not given */
+    int rays, repeat, threads;
+    int isa; /* enum cranny_isa */
+};
+
+/* One line of the method list. */
+struct compare_method {
+    const char *name, *preset, *device;
+    bool series; /* its presets are steps of one quality */
+    int id;      /* enum cranny_method, or RENDER_RAYTRACE */
+    int rays;    /* of raytrace */
+};
+
+/* What a method gave on a view. */
+struct compare_trial {
+    const struct compare_method *method;
+    double milliseconds, standard_error;
+    int runs;
+    int isa; /* enum cranny_isa; -1: none of them */
+    struct cranny_difference difference;
+    char *image, *map; /* names in the folder; owned */
+    char *command;     /* owned */
+    json_t *parameters;
+};
+
+/* A view to look at, before and after that. */
+struct compare_view {
+    const char *scene; /* path as given */
+    char *camera;      /* what to call it; owned */
+    char *options;     /* of the command, that look at it; owned, "" for none */
+    struct cranny_camera eye;
+    uint64_t triangles;
+    double radius_world;
+    int guard;
+    struct cranny_raytrace_report truth; /* of the tracing, whenever that was */
+    double truth_s;                      /* that getting it took */
+    bool truth_kept;
+    char *image, *command; /* of the truth; owned */
+    struct compare_trial trials[COMPARE_METHOD_LIMIT];
+    size_t trial_count;
+};
+
+struct compare {
+    struct ui ui;
+    struct compare_options options;
+    struct load_options load;
+    struct scene_options view_scene;
+    struct view_options lens;
+    const struct interface *face;
+    const char *inputs[COMPARE_SCENE_LIMIT];
+    char *command; /* the whole of it; owned */
+
+    struct compare_method methods[COMPARE_METHOD_LIMIT];
+    size_t method_count;
+
+    char *folder, *work, *cache; /* owned; `work` is in the folder while there is work */
+    bool made_folder, made_cache;
+
+    struct cranny_scene *scene; /* of the views in progress */
+    struct cranny_tracer *tracer;
+    struct compare_view *views; /* owned, as what is in them */
+    size_t view_count, view_room;
+    char *failures[COMPARE_SCENE_LIMIT]; /* owned */
+    size_t failure_count;
+    enum cranny_status failure; /* the first one's */
+};
+
+/* The list of what is tried on each view: raytrace at low counts, then every method at every
+ * preset; of these what --methods names. CRANNY_USAGE when it names none. */
+enum cranny_status compare_list_methods(struct compare *compare, struct cranny_error *why);
+
+/* The options that say how to look, as far as no scene is needed. */
+enum cranny_status compare_check_views(const struct compare *compare, struct cranny_error *why);
+
+/* Append the views of the loaded scene, the input of that number. */
+enum cranny_status compare_add_views(struct compare *compare, size_t input,
+                                     struct cranny_error *why);
+
+/* Truth and trials of a view; pictures go to the work folder. */
+enum cranny_status compare_measure(struct compare *compare, struct compare_view *view,
+                                   struct cranny_error *why);
+void compare_view_free(struct compare_view *view);
+
+/* Make the folder, and in it one to work in. CRANNY_FAILED when that cannot be. */
+enum cranny_status compare_open_folder(struct compare *compare, struct cranny_error *why);
+
+/* Move everything to its place. */
+enum cranny_status compare_fill_folder(struct compare *compare, struct cranny_error *why);
+
+/* Remove what is left of the work, and folders that were made for nothing. */
+void compare_close_folder(struct compare *compare);
+
+/* The cache's folder exists from now on. */
+enum cranny_status compare_need_cache(struct compare *compare, struct cranny_error *why);
+
+/* The path of a file in the work folder, malloced. */
+char *compare_path(const struct compare *compare, const char *name);
+
+/* results.json's content. */
+json_t *compare_json(const struct compare *compare);
+
+/* results.json and index.html into the work folder. */
+enum cranny_status compare_write(const struct compare *compare, json_t *results,
+                                 struct cranny_error *why);
+
+#endif
