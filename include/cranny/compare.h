@@ -1,10 +1,10 @@
-/* How far one picture of visibility is from another, and truths to compare with.
+/* How far one picture of visibility is from another.
  *
  * Based on: McGuire, Ambient Occlusion Volumes, 2009 (eq. 31 and 32). */
 #ifndef CRANNY_COMPARE_H
 #define CRANNY_COMPARE_H
 
-#include <cranny/frame.h>
+#include <cranny/base.h>
 
 #ifdef __cplusplus
 extern "C" {
@@ -34,28 +34,6 @@ CRANNY_API enum cranny_status cranny_difference_map(int width, int height, const
                                                     size_t test_stride, const float *reference,
                                                     size_t reference_stride, float full_scale,
                                                     uint8_t *rgb, struct cranny_error *why);
-
-/* A frame's ray-traced visibility. */
-struct cranny_truth {
-    int width, height;
-    float *visibility;                    /* width × height; freed by cranny_truth_free */
-    struct cranny_raytrace_report report; /* of the tracing, whenever that was */
-    bool kept;                            /* it was in the folder */
-    double seconds;                       /* that this call took */
-};
-
-/* The truth of a frame: out of `folder` when it holds it, else traced and left there. What is kept
- * is found by content: of the scene, of what the frame shows, of `params` and the version; so a
- * folder may serve many scenes, and nothing in it is ever wrong, only unused. `scene`: the frame's.
- * `folder` NULL: always traced. CRANNY_FAILED when the folder does not take the files. */
-CRANNY_API enum cranny_status cranny_truth_get(const struct cranny_scene *scene,
-                                               const struct cranny_frame *frame,
-                                               const struct cranny_raytrace_params *params,
-                                               const char *folder, struct cranny_truth *truth,
-                                               struct cranny_error *why);
-
-/* Frees the pixels and zeroes *truth; accepts one that is zeroed. */
-CRANNY_API void cranny_truth_free(struct cranny_truth *truth);
 
 #ifdef __cplusplus
 }

@@ -13,5 +13,6 @@
 #include <cranny/scene.h>
 #include <cranny/screen.h>
 #include <cranny/trace.h>
+#include <cranny/truth.h>
 
 #endif

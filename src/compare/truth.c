@@ -1,8 +1,8 @@
 /* Truths kept in a folder, by what they show. */
 #include "base/base.h"
 
-#include <cranny/compare.h>
 #include <cranny/image.h>
+#include <cranny/truth.h>
 #include <errno.h>
 #include <inttypes.h>
 #include <jansson.h>
