@@ -11,5 +11,6 @@
 #include <cranny/scene.h>
 #include <cranny/screen.h>
 #include <cranny/trace.h>
+#include <cranny/volumes.h>
 
 #endif
