@@ -29,7 +29,7 @@ static const struct cranny_param rows[] = {
     REAL(contrast, "", 0.05, 20, 1, "exponent on the visibility"),
     REAL(bias, "m/m", 0, 1, 2e-5,
          "height over the tangent plane under which nothing occludes, for each metre of depth"),
-    CHOICE(faces, faces_names, CRANNY_FACES_FRONT,
+    CHOICE(faces, faces_names, CRANNY_FACES_MATERIAL,
            "sides of polygons that occlude: the front, the back too where the material is "
            "double-sided, or always both"),
     CHOICE(combine, combine_names, CRANNY_COMBINE_SUM,
@@ -56,7 +56,7 @@ static const struct {
     const char *name, *value;
 } paper[] = {
     {"delta_scale", "0.6"}, {"intensity", "1"}, {"contrast", "1"},
-    {"faces", "front"},     {"combine", "sum"}, {"refine", "false"},
+    {"faces", "material"},  {"combine", "sum"}, {"refine", "false"},
 };
 
 const struct cranny_param_table *cranny_volumes_param_table(void)
