@@ -6,7 +6,9 @@
 
 #define INVERSE_TWO_PI 0.15915494f
 #define LOG2_E 1.44269504f
-#define ROUNDING 4e-7f /* of a corner's height, as a share of its distance */
+#define FIT_LEAST 1e-3f   /* weight from which a sample's value bounds the result */
+#define FIT_DAMPING 1e-3f /* squares of cells */
+#define ROUNDING 4e-7f    /* of a corner's height, as a share of its distance */
 
 /* A convex polygon with its planes: a lane each, or one in all lanes. */
 struct lane_volume {
@@ -415,22 +417,63 @@ static inline lane_f likeness(const struct sparse_cell *cell, int tap, lane_3 x,
     return near * near * alike * alike;
 }
 
+/* Weighted sums of a plane through the samples: value over the place on the screen. */
+struct lane_fit {
+    lane_f w, x, y, xx, xy, yy, v, xv, yv;
+    lane_f low, high; /* of the samples that count */
+};
+
+static inline void fit_add(struct lane_fit *f, lane_f w, lane_f dx, lane_f dy, float value)
+{
+    const lane_f wx = w * dx, wy = w * dy;
+    const lane_b counts = less_(splat(FIT_LEAST), w);
+    f->w = f->w + w;
+    f->x = f->x + wx;
+    f->y = f->y + wy;
+    f->xx = f->xx + wx * dx;
+    f->xy = f->xy + wx * dy;
+    f->yy = f->yy + wy * dy;
+    f->v = f->v + w * value;
+    f->xv = f->xv + wx * value;
+    f->yv = f->yv + wy * value;
+    f->low = select_(counts, min_(splat(value), f->low), f->low);
+    f->high = select_(counts, max_(splat(value), f->high), f->high);
+}
+
+/* The plane's value at the pixel, within those of its samples: a mean alone would make steps of
+ * slopes. Slopes are damped, so that samples in a line have some, too. */
+static inline lane_f fit_value(const struct lane_fit *f)
+{
+    const lane_f inverse = 1.0f / max_(f->w, splat(1e-30f));
+    const lane_f x = f->x * inverse, y = f->y * inverse, v = f->v * inverse;
+    const lane_f xx = f->xx * inverse - x * x + FIT_DAMPING;
+    const lane_f yy = f->yy * inverse - y * y + FIT_DAMPING;
+    const lane_f xy = f->xy * inverse - x * y;
+    const lane_f xv = f->xv * inverse - x * v, yv = f->yv * inverse - y * v;
+    const lane_f det = max_(xx * yy - xy * xy, splat(FIT_DAMPING * FIT_DAMPING));
+    const lane_f slope_x = (xv * yy - yv * xy) / det, slope_y = (yv * xx - xv * xy) / det;
+    const lane_f value = v - slope_x * x - slope_y * y;
+    return select_(less_(f->low, f->high), min_(max_(value, f->low), f->high), v);
+}
+
 static void reconstruct(const struct sparse_cell *cell, float *values, float *weights)
 {
+    const lane_f zero = splat(0.0f);
     for (int at = 0; at < cell->pixels; at += LANES) {
         const lane_3 x = load3(cell->position, at), normal = load3(cell->normal, at);
         const lane_f px = load(cell->x + at), py = load(cell->y + at);
-        lane_f sum = splat(0.0f), weight = splat(0.0f), most = splat(0.0f);
+        struct lane_fit fit = {zero, zero, zero, zero,        zero,        zero,
+                               zero, zero, zero, splat(2.0f), splat(-1.0f)};
+        lane_f most = zero;
         for (int tap = 0; tap < cell->taps; tap++) {
-            const lane_f dx = px - cell->tap_x[tap], dy = py - cell->tap_y[tap];
+            const lane_f dx = cell->tap_x[tap] - px, dy = cell->tap_y[tap] - py;
             const lane_f w = exp2_(max_((dx * dx + dy * dy) * -cell->sharpness, splat(-60.0f)));
-            const lane_f fits = w * (likeness(cell, tap, x, normal) + 1e-6f);
-            sum = sum + fits * cell->tap_value[tap];
-            weight = weight + fits;
+            const lane_f alike = likeness(cell, tap, x, normal) + 1e-6f;
+            fit_add(&fit, w * alike, dx, dy, cell->tap_value[tap]);
             most = max_(w, most);
         }
-        store(values + at, sum / max_(weight, splat(1e-30f)));
-        store(weights + at, weight / max_(most, splat(1e-30f)));
+        store(values + at, fit_value(&fit));
+        store(weights + at, fit.w / max_(most, splat(1e-30f)));
     }
 }
 

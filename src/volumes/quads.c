@@ -175,8 +175,11 @@ static void collect(struct quilt *q, bool quads, struct volume_face *faces, uint
         if (quads && q->taken[t] != FACE_NONE)
             continue;
         struct volume_face *face = &faces[(*count)++];
-        if (!quads || !join(q, t, face))
-            *face = (struct volume_face){{c[0], c[1], c[2], c[0]}, {t, FACE_NONE}};
+        if (quads && join(q, t, face))
+            continue;
+        *face = (struct volume_face){{c[0], c[1], c[2], c[0]}, {t, FACE_NONE}};
+        if (quads)
+            q->taken[t] = t;
     }
 }
 

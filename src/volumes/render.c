@@ -109,6 +109,7 @@ static enum cranny_status render_plane(struct volume_frame *frame, float *values
         return fail_memory(why, "volumes");
     memset(work, 0, (size_t)frame->threads * sizeof *work);
     enum cranny_status status = CRANNY_OK;
+    watch_goes_on(frame->watch);
     if (frame->params->spacing > 1)
         status = render_sparse(frame, work, values, why);
     else

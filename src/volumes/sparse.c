@@ -5,7 +5,7 @@
 
 #include <omp.h>
 
-#define DEVIATION 0.55f /* of the screen's Gaussian, in cells */
+#define DEVIATION 0.7f /* of the screen's Gaussian, in cells */
 #define LEAST_WEIGHT                                                                               \
     0.15f /* of a pixel's fitting samples, as a share of the nearest one's weight */
 #define INVERSE_LN2 1.44269504f
