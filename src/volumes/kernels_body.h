@@ -362,13 +362,13 @@ static inline void add_block(const struct one_volume *v, struct tile *tile, int 
     tile->evaluated += (uint64_t)used;
 }
 
-static inline void take_lane(const struct lane_volume *volumes, int lane, struct one_volume *one)
+enum { VOLUME_FIELDS = sizeof(struct one_volume) / sizeof(float) };
+
+static inline void take_lane(const float (*fields)[LANES], int lane, struct one_volume *one)
 {
-    enum { FIELDS = sizeof *one / sizeof(float) };
-    float from[FIELDS * LANES], to[FIELDS];
-    memcpy(from, volumes, sizeof from);
-    for (int f = 0; f < FIELDS; f++)
-        to[f] = from[f * LANES + lane];
+    float to[VOLUME_FIELDS];
+    for (int f = 0; f < VOLUME_FIELDS; f++)
+        to[f] = fields[f][lane];
     memcpy(one, to, sizeof to);
 }
 
@@ -379,9 +379,12 @@ static void occlude(const struct batch *batch, struct tile *tile)
         struct lane_volume volumes;
         make_volume(batch, at, &volumes);
         unsigned bits = lane_bits(and_(less_(splat(0.0f), volumes.alpha), meets(&volumes, &all)));
+        float fields[VOLUME_FIELDS][LANES];
+        if (bits)
+            memcpy(fields, &volumes, sizeof fields);
         for (; bits; bits &= bits - 1) {
             struct one_volume one;
-            take_lane(&volumes, __builtin_ctz(bits), &one);
+            take_lane((const float(*)[LANES])fields, __builtin_ctz(bits), &one);
             for (unsigned blocks = meets_blocks(&one, tile); blocks; blocks &= blocks - 1)
                 add_block(&one, tile, __builtin_ctz(blocks));
         }

@@ -5,9 +5,10 @@
 
 #include <omp.h>
 
-#define DEVIATION 0.7f /* of the screen's Gaussian, in cells */
-#define LEAST_WEIGHT                                                                               \
-    0.15f /* of a pixel's fitting samples, as a share of the nearest one's weight */
+/* Of the screen's Gaussian, in cells; and of a pixel's fitting samples together, as a share of the
+ * nearest one's weight, under which it is done exactly. */
+#define DEVIATION 0.7f
+#define LEAST_WEIGHT 0.15f
 #define INVERSE_LN2 1.44269504f
 
 struct grid {

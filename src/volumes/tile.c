@@ -13,6 +13,17 @@ struct origin {
     float inverse;  /* one over δ */
 };
 
+/* Inlined, as those of libm are not. */
+static inline float min_float(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline float max_float(float a, float b)
+{
+    return a > b ? a : b;
+}
+
 static void place_point(const struct volume_frame *frame, const struct origin *origin,
                         const struct volume_point *point, struct tile *tile, int slot)
 {
@@ -39,8 +50,8 @@ static void bound_positions(const struct tile *tile, int first, int end, float b
     for (int k = 0; k < 3; k++) {
         float low = INFINITY, high = -INFINITY;
         for (int i = first; i < end; i++) {
-            low = fminf(low, tile->position[k][i]);
-            high = fmaxf(high, tile->position[k][i]);
+            low = min_float(low, tile->position[k][i]);
+            high = max_float(high, tile->position[k][i]);
         }
         bounds[BOUND_CENTRE + k] = 0.5f * (low + high);
         bounds[BOUND_HALF + k] = 0.5f * (high - low) * 1.00001f;
@@ -63,8 +74,8 @@ static void bound_normals(const struct tile *tile, int first, int end, float bou
             away2 += d * d;
             above += (bounds[BOUND_CENTRE + k] - tile->position[k][i]) * n[k];
         }
-        spread2 = fmaxf(spread2, away2);
-        lift = fmaxf(lift, above);
+        spread2 = max_float(spread2, away2);
+        lift = max_float(lift, above);
     }
     bounds[BOUND_SPREAD] = sqrtf(spread2) + 1e-6f;
     bounds[BOUND_LIFT] = lift;
