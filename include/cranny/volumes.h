@@ -20,7 +20,8 @@ struct cranny_volumes;
 /* Which side of a polygon occludes. */
 enum cranny_volume_faces {
     CRANNY_FACES_FRONT,    /* the front, as the paper has it */
-    CRANNY_FACES_MATERIAL, /* the front, and the back of double-sided materials */
+    CRANNY_FACES_MATERIAL, /* the front, and of double-sided materials the back, too, unless the
+                                surface is closed: then nobody sees it */
     CRANNY_FACES_BOTH,
 };
 

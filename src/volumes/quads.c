@@ -142,6 +142,7 @@ static bool join_over(struct quilt *q, uint32_t t, int corner, struct volume_fac
             memcpy(face->corner, corners, sizeof corners);
             face->triangles[0] = t;
             face->triangles[1] = other;
+            face->closed = false;
             q->taken[t] = q->taken[other] = t;
             return true;
         }
@@ -172,15 +173,59 @@ static void collect(struct quilt *q, bool quads, struct volume_face *faces, uint
 {
     for (uint32_t t = 0; t < q->mesh->triangle_count; t++) {
         const uint32_t *c = q->mesh->triangles[t];
-        if (quads && q->taken[t] != FACE_NONE)
+        if (q->taken[t] != FACE_NONE)
             continue;
         struct volume_face *face = &faces[(*count)++];
         if (quads && join(q, t, face))
             continue;
-        *face = (struct volume_face){{c[0], c[1], c[2], c[0]}, {t, FACE_NONE}};
-        if (quads)
-            q->taken[t] = t;
+        *face = (struct volume_face){{c[0], c[1], c[2], c[0]}, {t, FACE_NONE}, false};
+        q->taken[t] = t;
     }
+}
+
+/* Whether every edge of the triangle has a partner that runs the other way. */
+static bool is_joined(const struct quilt *q, uint32_t t)
+{
+    for (int c = 0; c < 3; c++) {
+        const uint32_t a = place_of(q, t, c), b = place_of(q, t, c + 1);
+        const uint32_t begin = q->begin[a], end = q->begin[a + 1];
+        bool found = a == b;
+        for (uint32_t i = begin; i < end && i < begin + SEARCH_MAX && !found; i++)
+            for (int k = 0; k < 3; k++)
+                found |= place_of(q, q->around[i], k) == b && place_of(q, q->around[i], k + 1) == a;
+        if (!found)
+            return false;
+    }
+    return true;
+}
+
+static uint32_t root_of(uint32_t *parents, uint32_t v)
+{
+    while (parents[v] != v)
+        v = parents[v] = parents[parents[v]];
+    return v;
+}
+
+/* Triangles of surfaces without a border: nobody sees their backs. */
+static bool find_closed(const struct quilt *q, struct volume_face *faces, uint32_t count)
+{
+    const struct cranny_mesh *mesh = q->mesh;
+    uint32_t *parents = alloc_array(mesh->vertex_count, sizeof *parents);
+    uint8_t *open = alloc_array(mesh->vertex_count, 1);
+    for (uint32_t v = 0; parents && v < mesh->vertex_count; v++)
+        parents[v] = v;
+    for (uint32_t t = 0; parents && t < mesh->triangle_count; t++)
+        for (int c = 1; c < 3; c++)
+            parents[root_of(parents, place_of(q, t, c))] = root_of(parents, place_of(q, t, 0));
+    for (uint32_t t = 0; parents && open && t < mesh->triangle_count; t++)
+        if (!is_joined(q, t))
+            open[root_of(parents, place_of(q, t, 0))] = 1;
+    const bool ready = parents && open;
+    for (uint32_t f = 0; ready && f < count; f++)
+        faces[f].closed = !open[root_of(parents, place_of(q, faces[f].triangles[0], 0))];
+    free(parents);
+    free(open);
+    return ready;
 }
 
 static bool stitch(struct quilt *q)
@@ -203,9 +248,11 @@ enum cranny_status faces_find(const struct cranny_mesh *mesh, bool quads,
     struct quilt q = {.mesh = mesh};
     *count = 0;
     *faces = alloc_array(mesh->triangle_count, sizeof **faces);
-    const bool ready = *faces && (!quads || stitch(&q));
-    if (ready)
+    bool ready = *faces && stitch(&q);
+    if (ready) {
         collect(&q, quads, *faces, count);
+        ready = find_closed(&q, *faces, *count);
+    }
     free(q.places);
     free(q.begin);
     free(q.around);

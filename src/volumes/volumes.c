@@ -75,7 +75,8 @@ static enum cranny_status add_instance(struct maker *m, const struct cranny_inst
             continue;
         }
         polygon->alpha = alphas[f];
-        if (cranny_scene_material(m->scene, mesh->triangle_materials[triangle])->double_sided)
+        if (!faces[f].closed &&
+            cranny_scene_material(m->scene, mesh->triangle_materials[triangle])->double_sided)
             polygon->flags |= POLYGON_DOUBLE_SIDED;
         m->volumes->info.quads += quad;
         m->count++;

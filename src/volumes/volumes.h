@@ -47,6 +47,7 @@ enum cranny_status tree_build(struct cranny_volumes *volumes, struct volume_poly
 struct volume_face {
     uint32_t corner[4];    /* vertices; a triangle's fourth is its first */
     uint32_t triangles[2]; /* the second FACE_NONE for a triangle */
+    bool closed;           /* part of a surface without a border */
 };
 enum cranny_status faces_find(const struct cranny_mesh *mesh, bool quads,
                               struct volume_face **faces, uint32_t *count,
