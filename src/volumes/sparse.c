@@ -148,43 +148,40 @@ static void fill_cells(const struct grid *g, struct tile_work *work)
     }
 }
 
-/* Pixels in need, packed TILE at a time, over some rows of pixels. */
-static uint64_t refine_rows(const struct grid *g, int first, int end, struct tile_work *work)
+/* A tile's pixels in need, side by side in blocks. Returns how many there are. */
+static int rough_pixels(const struct grid *g, int x0, int y0, struct pixel *pixels)
 {
-    const int width = g->frame->viewport.width;
-    uint64_t refined = 0;
-    struct pixel pixels[TILE];
-    float out[TILE];
+    const int width = g->frame->viewport.width, height = g->frame->viewport.height;
     int count = 0;
-    const int columns = (width + 15) / 16;
-    for (int i = 0; i < columns * 16 * (end - first); i++) {
-        /* Down each column of 16 pixels, so that neighbours meet in a block. */
-        const int strip = i / (16 * (end - first)), inside = i % (16 * (end - first));
-        const struct pixel p = {strip * 16 + inside % 16, first + inside / 16};
-        const bool last = i + 1 == columns * 16 * (end - first);
-        if (p.x < width && g->rough[(size_t)p.y * (size_t)width + (size_t)p.x])
+    for (int i = 0; i < TILE; i++) {
+        const struct pixel place = tile_place(i), p = {x0 + place.x, y0 + place.y};
+        if (p.x < width && p.y < height && g->rough[(size_t)p.y * (size_t)width + (size_t)p.x])
             pixels[count++] = p;
-        if (count == 0 || (count < TILE && !last))
-            continue;
-        refined += (uint64_t)count;
-        for (int k = count; k < TILE; k++)
-            pixels[k] = (struct pixel){-1, 0};
-        tile_render(g->frame, work, pixels, out);
-        for (int k = 0; k < count; k++)
-            g->values[(size_t)pixels[k].y * (size_t)width + (size_t)pixels[k].x] = out[k];
-        count = 0;
     }
-    return refined;
+    for (int i = count; i < TILE; i++)
+        pixels[i] = (struct pixel){-1, 0};
+    return count;
 }
 
 static void refine(const struct grid *g, struct tile_work *work)
 {
-    const int height = g->frame->viewport.height;
+    const int width = g->frame->viewport.width, height = g->frame->viewport.height;
+    const int columns = (width + 15) / 16, rows = (height + 15) / 16;
     uint64_t refined = 0;
 #pragma omp parallel for schedule(dynamic) num_threads(g->frame->threads) reduction(+ : refined)
-    for (int y = 0; y < height; y += 16)
-        if (watch_goes_on(g->frame->watch))
-            refined += refine_rows(g, y, min_int(height, y + 16), &work[omp_get_thread_num()]);
+    for (int t = 0; t < columns * rows; t++) {
+        struct pixel pixels[TILE];
+        float out[TILE];
+        if (!watch_goes_on(g->frame->watch))
+            continue;
+        const int count = rough_pixels(g, t % columns * 16, t / columns * 16, pixels);
+        refined += (uint64_t)count;
+        if (count == 0)
+            continue;
+        tile_render(g->frame, &work[omp_get_thread_num()], pixels, out);
+        for (int i = 0; i < count; i++)
+            g->values[(size_t)pixels[i].y * (size_t)width + (size_t)pixels[i].x] = out[i];
+    }
     g->frame->counts->refined += refined;
 }
 
