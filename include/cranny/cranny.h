@@ -14,5 +14,6 @@
 #include <cranny/screen.h>
 #include <cranny/trace.h>
 #include <cranny/truth.h>
+#include <cranny/volumes.h>
 
 #endif

@@ -1,0 +1,483 @@
+/* The kernels, for the LANES and KERNELS that the including file defines.
+ *
+ * Based on: McGuire, Ambient Occlusion Volumes, 2009. */
+#include "screen/lanes.h"
+#include "volumes/kernels.h"
+
+#define INVERSE_TWO_PI 0.15915494f
+#define LOG2_E 1.44269504f
+#define FIT_LEAST 1e-3f   /* weight from which a sample's value bounds the result */
+#define FIT_DAMPING 1e-3f /* squares of cells */
+#define ROUNDING 4e-7f    /* of a corner's height, as a share of its distance */
+
+/* A convex polygon with its planes: a lane each, or one in all lanes. */
+struct lane_volume {
+    lane_3 corner[4];
+    lane_3 edge[4], hull[4], face; /* plane normals: inward, and the polygon's own */
+    lane_f edge_w[4], hull_w[4], face_w;
+    lane_f alpha, lowest, cut, triangle;
+};
+
+/* The same of one volume, in the order of the fields above. */
+struct one_volume {
+    float corner[4][3];
+    float edge[4][3], hull[4][3], face[3];
+    float edge_w[4], hull_w[4], face_w;
+    float alpha, lowest, cut, triangle;
+};
+
+_Static_assert(sizeof(struct lane_volume) == LANES * sizeof(struct one_volume), "fields differ");
+
+static inline lane_3 cross3(lane_3 a, lane_3 b)
+{
+    return vec3_(a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x);
+}
+
+static inline lane_3 splat3(const float v[3])
+{
+    return vec3_(splat(v[0]), splat(v[1]), splat(v[2]));
+}
+
+static inline lane_3 load3(const float (*planes)[TILE], int at)
+{
+    return vec3_(load(planes[0] + at), load(planes[1] + at), load(planes[2] + at));
+}
+
+static inline lane_3 select3(lane_b m, lane_3 a, lane_3 b)
+{
+    return vec3_(select_(m, a.x, b.x), select_(m, a.y, b.y), select_(m, a.z, b.z));
+}
+
+static inline lane_3 abs3(lane_3 a)
+{
+    return vec3_(abs_(a.x), abs_(a.y), abs_(a.z));
+}
+
+static inline lane_f inverse_length(lane_3 a)
+{
+    return 1.0f / sqrt_(max_(dot3(a, a), splat(1e-37f)));
+}
+
+/* To unit length; what has none becomes 0. */
+static inline lane_3 unit3(lane_3 a)
+{
+    const lane_f length2 = dot3(a, a);
+    const lane_f inverse = 1.0f / sqrt_(max_(length2, splat(1e-37f)));
+    return scale3(a, select_(less_(splat(1e-37f), length2), inverse, splat(0.0f)));
+}
+
+/* Lane i in bit i. */
+static inline unsigned lane_bits(lane_b m)
+{
+#if LANES == 16
+    return (unsigned)m;
+#elif LANES == 8
+    return (unsigned)_mm256_movemask_ps(_mm256_castsi256_ps((__m256i)m));
+#else
+    return (unsigned)m;
+#endif
+}
+
+/* A plane through `point`, 1 there with `lift` 1; without direction it is 1 everywhere. */
+static inline lane_f plane_offset(lane_3 normal, lane_3 point, float lift)
+{
+    const lane_f none = dot3(normal, normal);
+    return select_(less_(none, splat(0.5f)), splat(1.0f), lift - dot3(normal, point));
+}
+
+/* The inward planes of eq. 22, so that they are the factors of eq. 24 (with m̂·x̂/δ + 1 in units of
+ * δ). A triangle's last edge has no length and counts 1. */
+static inline void make_edges(struct lane_volume *v)
+{
+    for (int i = 0; i < 4; i++) {
+        const lane_3 along = unit3(sub3(v->corner[(i + 1) & 3], v->corner[i]));
+        v->edge[i] = cross3(v->face, along);
+        v->edge_w[i] = plane_offset(v->edge[i], v->corner[i], 1.0f);
+    }
+}
+
+/* Corners moved by the extension vectors of eq. 28, (m̂₋ + m̂₊) δ / (1 + m̂₋·m̂₊) outward, no longer
+ * than 2δ; and the planes through them. `cut` says whether any was shortened: only then do these
+ * planes hold anything that eq. 24 does not. */
+static inline void make_hull(struct lane_volume *v)
+{
+    const lane_b triangle = less_(splat(0.5f), v->triangle);
+    lane_3 moved[4];
+    lane_f least = splat(1.0f);
+    for (int i = 0; i < 4; i++) {
+        lane_3 before = v->edge[(i + 3) & 3], after = v->edge[i];
+        if (i == 0)
+            before = select3(triangle, v->edge[2], before);
+        if (i == 3)
+            after = select3(triangle, v->edge[0], after);
+        const lane_f q = max_(1.0f + dot3(before, after), splat(1e-6f));
+        const lane_f length = select_(less_(q, splat(0.5f)), sqrt_(2.0f / q), 1.0f / q);
+        moved[i] = sub3(v->corner[i], scale3(add3(before, after), length));
+        least = min_(q, least);
+    }
+    v->cut = select_(less_(least, splat(0.5f)), splat(1.0f), splat(0.0f));
+    for (int i = 0; i < 4; i++) {
+        v->hull[i] = cross3(v->face, unit3(sub3(moved[(i + 1) & 3], moved[i])));
+        v->hull_w[i] = plane_offset(v->hull[i], moved[i], 0.0f);
+    }
+}
+
+/* Planes from corners (a Newell normal by the diagonals); without an area, nothing hides. */
+static inline void make_volume(const struct batch *batch, int at, struct lane_volume *v)
+{
+    for (int i = 0; i < 4; i++)
+        v->corner[i] = vec3_(load(batch->corner[i][0] + at), load(batch->corner[i][1] + at),
+                             load(batch->corner[i][2] + at));
+    v->lowest = load(batch->lowest + at);
+    v->triangle = load(batch->triangle + at);
+    v->face = unit3(
+        cross3(unit3(sub3(v->corner[2], v->corner[0])), unit3(sub3(v->corner[3], v->corner[1]))));
+    v->face_w = -dot3(v->face, v->corner[0]);
+    v->alpha =
+        select_(less_(dot3(v->face, v->face), splat(0.5f)), splat(0.0f), load(batch->alpha + at));
+    make_edges(v);
+    make_hull(v);
+}
+
+static inline struct lane_volume splat_volume(const struct one_volume *one)
+{
+    struct lane_volume v;
+    for (int i = 0; i < 4; i++) {
+        v.corner[i] = splat3(one->corner[i]);
+        v.edge[i] = splat3(one->edge[i]);
+        v.hull[i] = splat3(one->hull[i]);
+        v.edge_w[i] = splat(one->edge_w[i]);
+        v.hull_w[i] = splat(one->hull_w[i]);
+    }
+    v.face = splat3(one->face);
+    v.face_w = splat(one->face_w);
+    v.alpha = splat(one->alpha);
+    v.lowest = splat(one->lowest);
+    v.cut = splat(one->cut);
+    v.triangle = splat(one->triangle);
+    return v;
+}
+
+struct lane_bounds {
+    lane_3 centre, half, normal;
+    lane_f spread, lift;
+};
+
+/* Whether a volume may hide anything of the pixels in the bounds: the box reaches into the hull,
+ * and a corner may lie above a tangent plane. */
+static inline lane_b meets(const struct lane_volume *v, const struct lane_bounds *b)
+{
+    const lane_f middle = dot3(v->face, b->centre) + v->face_w;
+    const lane_f reach = dot3(abs3(v->face), b->half);
+    lane_b hit = and_(less_(v->lowest, middle + reach), less_(middle - reach, splat(1.0f)));
+    for (int i = 0; i < 4; i++) {
+        const lane_f far = dot3(v->hull[i], b->centre) + dot3(abs3(v->hull[i]), b->half);
+        hit = and_(hit, less_(splat(0.0f), far + v->hull_w[i]));
+    }
+    const lane_f size = b->half.x + b->half.y + b->half.z;
+    lane_f highest = splat(-1e30f);
+    for (int i = 0; i < 4; i++) {
+        const lane_3 d = sub3(v->corner[i], b->centre), a = abs3(d);
+        const lane_f doubt = b->spread * (a.x + a.y + a.z + size);
+        highest = max_(dot3(d, b->normal) + doubt, highest);
+    }
+    return and_(hit, less_(splat(0.0f), highest + b->lift));
+}
+
+static inline struct lane_bounds splat_bounds(const float *all)
+{
+    return (struct lane_bounds){splat3(all + BOUND_CENTRE), splat3(all + BOUND_HALF),
+                                splat3(all + BOUND_NORMAL), splat(all[BOUND_SPREAD]),
+                                splat(all[BOUND_LIFT])};
+}
+
+static inline lane_3 load_bound(const struct tile *tile, enum bound first, int at)
+{
+    return vec3_(load(tile->bounds[first] + at), load(tile->bounds[first + 1] + at),
+                 load(tile->bounds[first + 2] + at));
+}
+
+/* Which of the tile's blocks the volume meets. */
+static inline unsigned meets_blocks(const struct one_volume *one, const struct tile *tile)
+{
+    const struct lane_volume v = splat_volume(one);
+    unsigned bits = 0;
+    for (int at = 0; at < TILE_BLOCKS; at += LANES) {
+        const struct lane_bounds b = {
+            load_bound(tile, BOUND_CENTRE, at), load_bound(tile, BOUND_HALF, at),
+            load_bound(tile, BOUND_NORMAL, at), load(tile->bounds[BOUND_SPREAD] + at),
+            load(tile->bounds[BOUND_LIFT] + at)};
+        bits |= lane_bits(meets(&v, &b)) << at;
+    }
+    return bits;
+}
+
+/* θ / sin θ for c = cos θ in [0, 1]; error below 3e-7. */
+static inline lane_f angle_ratio(lane_f c)
+{
+    lane_f p = splat(-0.0111628239f);
+    p = p * c + 0.0678737279f;
+    p = p * c - 0.192103918f;
+    p = p * c + 0.348387259f;
+    p = p * c - 0.480613399f;
+    p = p * c + 0.57641359f;
+    p = p * c - 0.664857777f;
+    p = p * c + 0.785263024f;
+    p = p * c - 0.999996f;
+    return p * c + 1.57079631f;
+}
+
+/* A summand of eq. 9, θ n̂·(a × b) / |a × b|, as n̂·(a × b) / (|a| |b|) times θ / sin θ: no arc
+ * cosine, nothing singular for short edges. The cross product is taken between the nearer end and
+ * the edge itself, where rounding is least. `ia`, `ib`: one over the lengths; `edge` = b − a. */
+static inline lane_f arc(lane_3 a, lane_3 b, lane_3 edge, lane_f ia, lane_f ib, lane_3 normal)
+{
+    const lane_b a_nearer = less_(ib, ia);
+    const lane_f near_inverse = max_(ia, ib), far_inverse = min_(ia, ib);
+    const lane_3 m =
+        cross3(scale3(select3(a_nearer, a, b), near_inverse), scale3(edge, far_inverse));
+    const lane_f cosine = dot3(scale3(a, ia), scale3(b, ib));
+    const lane_f acute = angle_ratio(min_(abs_(cosine), splat(1.0f)));
+    const lane_b obtuse = less_(cosine, splat(0.0f));
+    lane_f ratio = acute;
+    if (any_(obtuse)) {
+        const lane_f inverse_sine = 1.0f / sqrt_(max_(dot3(m, m), splat(1e-20f)));
+        ratio = select_(obtuse, 3.14159265f * inverse_sine - acute, acute);
+    }
+    return dot3(m, normal) * ratio;
+}
+
+/* Eq. 12 for polygons that lie above the tangent plane in every lane. */
+static inline lane_f whole_polygon(const lane_3 *q, const lane_3 *edges, int corners, lane_3 normal)
+{
+    lane_f inverse[4], sum = splat(0.0f);
+    for (int i = 0; i < corners; i++)
+        inverse[i] = inverse_length(q[i]);
+    for (int i = 0; i < corners; i++) {
+        const int j = i + 1 < corners ? i + 1 : 0;
+        sum = sum + arc(q[i], q[j], edges[i], inverse[i], inverse[j], normal);
+    }
+    return sum;
+}
+
+/* The same for the part above: each edge is cut on its own, and one more arc in the tangent plane
+ * closes the gap from where the outline leaves to where it comes back. */
+static inline lane_f clipped_polygon(const lane_3 *q, const lane_3 *edges, const lane_f *heights,
+                                     int corners, lane_3 normal)
+{
+    const lane_f zero = splat(0.0f), one = splat(1.0f);
+    lane_3 leave = vec3_(zero, zero, zero), come = leave;
+    lane_f sum = zero;
+    lane_b gap = less_(one, zero);
+    for (int i = 0; i < corners; i++) {
+        const int j = i + 1 < corners ? i + 1 : 0;
+        const lane_b up_i = less_(zero, heights[i]), up_j = less_(zero, heights[j]);
+        const lane_b down = and_(up_i, not_(up_j)), rise = and_(up_j, not_(up_i));
+        const lane_b crosses = or_(down, rise);
+        const lane_f t = heights[i] / select_(crosses, heights[i] - heights[j], one);
+        const lane_3 cut = add3(q[i], scale3(edges[i], t));
+        const lane_3 a = select3(rise, cut, q[i]), b = select3(down, cut, q[j]);
+        const lane_f share = select_(down, t, one) - select_(rise, t, zero);
+        const lane_f term =
+            arc(a, b, scale3(edges[i], share), inverse_length(a), inverse_length(b), normal);
+        sum = sum + select_(or_(up_i, up_j), term, zero);
+        leave = select3(down, cut, leave);
+        come = select3(rise, cut, come);
+        gap = or_(gap, crosses);
+    }
+    const lane_f term =
+        arc(leave, come, sub3(come, leave), inverse_length(leave), inverse_length(come), normal);
+    return sum + select_(gap, term, zero);
+}
+
+/* Eq. 24 with all k + 1 planes, cut by the hull where its corners were shortened; `inside` where it
+ * is above 0. */
+static inline lane_f falloff(const struct one_volume *v, int corners, lane_3 x, lane_b *inside)
+{
+    const lane_f zero = splat(0.0f);
+    const lane_f height = dot3(splat3(v->face), x) + v->face_w;
+    const lane_f away = 1.0f - abs_(height);
+    lane_b in = and_(less_(splat(v->lowest), height), less_(zero, away));
+    lane_f g = away * v->alpha;
+    for (int i = 0; i < corners; i++) {
+        const lane_f t = dot3(splat3(v->edge[i]), x) + v->edge_w[i];
+        in = and_(in, less_(zero, t));
+        g = g * min_(t, splat(1.0f));
+    }
+    for (int i = 0; i < corners && v->cut > 0; i++)
+        in = and_(in, less_(zero, dot3(splat3(v->hull[i]), x) + v->hull_w[i]));
+    *inside = in;
+    return g;
+}
+
+/* g × AO of LANES pixels, 0 outside of the volume; returns whether there was anything to do. */
+static inline __attribute__((always_inline)) int occlusion_at(const struct one_volume *v,
+                                                              const int corners,
+                                                              const struct tile *tile, int at,
+                                                              lane_f *occlusion)
+{
+    lane_b inside;
+    const lane_3 x = load3(tile->position, at);
+    const lane_f g = falloff(v, corners, x, &inside);
+    if (!any_(inside))
+        return 0;
+    const lane_3 normal = load3(tile->normal, at);
+    const lane_f rise = load(tile->rise + at), zero = splat(0.0f);
+    lane_3 q[4], edges[4];
+    lane_f heights[4], highest = splat(-1e30f), least = splat(1e30f);
+    for (int i = 0; i < corners; i++) {
+        const int j = i + 1 < corners ? i + 1 : 0;
+        q[i] = sub3(splat3(v->corner[i]), x);
+        edges[i] = sub3(splat3(v->corner[j]), splat3(v->corner[i]));
+        const lane_3 size = abs3(q[i]);
+        heights[i] = dot3(q[i], normal) - rise - ROUNDING * (size.x + size.y + size.z);
+        highest = max_(heights[i], highest);
+        least = min_(heights[i], least);
+    }
+    inside = and_(inside, less_(zero, highest));
+    if (!any_(inside))
+        return 0;
+    const lane_f sum = any_(and_(inside, less_(least, zero)))
+                           ? clipped_polygon(q, edges, heights, corners, normal)
+                           : whole_polygon(q, edges, corners, normal);
+    const lane_f share = clamp_(abs_(sum) * INVERSE_TWO_PI, 0.0f, 1.0f);
+    *occlusion = select_(inside, g * share, zero);
+    return 1;
+}
+
+/* Step iv.b of the algorithm: accessibility falls by g × AO; saturation comes last (finish). */
+static inline void add_block(const struct one_volume *v, struct tile *tile, int block)
+{
+    int used = 0;
+    for (int at = block * BLOCK; at < (block + 1) * BLOCK; at += LANES) {
+        lane_f o;
+        if (!(v->triangle > 0 ? occlusion_at(v, 3, tile, at, &o)
+                              : occlusion_at(v, 4, tile, at, &o)))
+            continue;
+        const lane_f before = load(tile->occlusion + at);
+        store(tile->occlusion + at, before + (tile->product ? o * (1.0f - before) : o));
+        used = 1;
+    }
+    tile->tested++;
+    tile->evaluated += (uint64_t)used;
+}
+
+enum { VOLUME_FIELDS = sizeof(struct one_volume) / sizeof(float) };
+
+static inline void take_lane(const float (*fields)[LANES], int lane, struct one_volume *one)
+{
+    float to[VOLUME_FIELDS];
+    for (int f = 0; f < VOLUME_FIELDS; f++)
+        to[f] = fields[f][lane];
+    memcpy(one, to, sizeof to);
+}
+
+static void occlude(const struct batch *batch, struct tile *tile)
+{
+    const struct lane_bounds all = splat_bounds(tile->all);
+    for (int at = 0; at < batch->count; at += LANES) {
+        struct lane_volume volumes;
+        make_volume(batch, at, &volumes);
+        unsigned bits = lane_bits(and_(less_(splat(0.0f), volumes.alpha), meets(&volumes, &all)));
+        float fields[VOLUME_FIELDS][LANES];
+        if (bits)
+            memcpy(fields, &volumes, sizeof fields);
+        for (; bits; bits &= bits - 1) {
+            struct one_volume one;
+            take_lane((const float(*)[LANES])fields, __builtin_ctz(bits), &one);
+            for (unsigned blocks = meets_blocks(&one, tile); blocks; blocks &= blocks - 1)
+                add_block(&one, tile, __builtin_ctz(blocks));
+        }
+    }
+}
+
+static void finish(float knee, float intensity, float contrast, float *values)
+{
+    for (int at = 0; at < TILE; at += LANES) {
+        lane_f o = load(values + at);
+        if (knee < 1) {
+            const lane_f over = max_(o - knee, splat(0.0f)) * (LOG2_E / (1.0f - knee));
+            const lane_f bent = 1.0f - (1.0f - knee) * exp2_(-min_(over, splat(100.0f)));
+            o = select_(less_(splat(knee), o), bent, o);
+        }
+        lane_f open = saturate_(1.0f - intensity * o);
+        if (contrast != 1)
+            open = pow_(open, contrast);
+        store(values + at, open);
+    }
+}
+
+/* How much a sample tells about a pixel beside their distance on the screen: nothing when either
+ * lies off the other's tangent plane, or they face different ways. */
+static inline lane_f likeness(const struct sparse_cell *cell, int tap, lane_3 x, lane_3 normal)
+{
+    const lane_3 tap_normal = splat3(cell->tap_normal[tap]);
+    const lane_3 d = sub3(splat3(cell->tap_position[tap]), x);
+    const lane_f off = max_(abs_(dot3(d, normal)), abs_(dot3(d, tap_normal)));
+    const lane_f near = max_(1.0f - off * cell->inverse_distance, splat(0.0f));
+    const lane_f turned = dot3(normal, tap_normal) - cell->least_cosine;
+    const lane_f alike = clamp_(turned * cell->inverse_cosine, 0.0f, 1.0f);
+    return near * near * alike * alike;
+}
+
+/* Weighted sums of a plane through the samples: value over the place on the screen. */
+struct lane_fit {
+    lane_f w, x, y, xx, xy, yy, v, xv, yv;
+    lane_f low, high; /* of the samples that count */
+};
+
+static inline void fit_add(struct lane_fit *f, lane_f w, lane_f dx, lane_f dy, float value)
+{
+    const lane_f wx = w * dx, wy = w * dy;
+    const lane_b counts = less_(splat(FIT_LEAST), w);
+    f->w = f->w + w;
+    f->x = f->x + wx;
+    f->y = f->y + wy;
+    f->xx = f->xx + wx * dx;
+    f->xy = f->xy + wx * dy;
+    f->yy = f->yy + wy * dy;
+    f->v = f->v + w * value;
+    f->xv = f->xv + wx * value;
+    f->yv = f->yv + wy * value;
+    f->low = select_(counts, min_(splat(value), f->low), f->low);
+    f->high = select_(counts, max_(splat(value), f->high), f->high);
+}
+
+/* The plane's value at the pixel, within those of its samples: a mean alone would make steps of
+ * slopes. Slopes are damped, so that samples in a line have some, too. */
+static inline lane_f fit_value(const struct lane_fit *f)
+{
+    const lane_f inverse = 1.0f / max_(f->w, splat(1e-30f));
+    const lane_f x = f->x * inverse, y = f->y * inverse, v = f->v * inverse;
+    const lane_f xx = f->xx * inverse - x * x + FIT_DAMPING;
+    const lane_f yy = f->yy * inverse - y * y + FIT_DAMPING;
+    const lane_f xy = f->xy * inverse - x * y;
+    const lane_f xv = f->xv * inverse - x * v, yv = f->yv * inverse - y * v;
+    const lane_f det = max_(xx * yy - xy * xy, splat(FIT_DAMPING * FIT_DAMPING));
+    const lane_f slope_x = (xv * yy - yv * xy) / det, slope_y = (yv * xx - xv * xy) / det;
+    const lane_f value = v - slope_x * x - slope_y * y;
+    return select_(less_(f->low, f->high), min_(max_(value, f->low), f->high), v);
+}
+
+static void reconstruct(const struct sparse_cell *cell, float *values, float *weights)
+{
+    const lane_f zero = splat(0.0f);
+    for (int at = 0; at < cell->pixels; at += LANES) {
+        const lane_3 x = load3(cell->position, at), normal = load3(cell->normal, at);
+        const lane_f px = load(cell->x + at), py = load(cell->y + at);
+        struct lane_fit fit = {zero, zero, zero, zero,        zero,        zero,
+                               zero, zero, zero, splat(2.0f), splat(-1.0f)};
+        lane_f most = zero;
+        for (int tap = 0; tap < cell->taps; tap++) {
+            const lane_f dx = cell->tap_x[tap] - px, dy = cell->tap_y[tap] - py;
+            const lane_f w = exp2_(max_((dx * dx + dy * dy) * -cell->sharpness, splat(-60.0f)));
+            const lane_f alike = likeness(cell, tap, x, normal) + 1e-6f;
+            fit_add(&fit, w * alike, dx, dy, cell->tap_value[tap]);
+            most = max_(w, most);
+        }
+        store(values + at, fit_value(&fit));
+        store(weights + at, fit.w / max_(most, splat(1e-30f)));
+    }
+}
+
+const struct volume_kernels KERNELS = {occlude, finish, reconstruct};

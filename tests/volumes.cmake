@@ -1,0 +1,2 @@
+cranny_test(volumes LAYERS volumes TIMEOUT 120)
+cranny_test(volumes_frame LAYERS volumes frame compare TIMEOUT 300)
