@@ -1,6 +1,6 @@
 /* The parameters of the methods: each row stands once; a method's table picks its rows and gives
  * their defaults, and a preset is a list of the rows that it changes. */
-#include "base/base.h"
+#include "base/rows.h"
 #include "screen/kernels.h"
 
 static const char *const falloff_names[] = {"none", "quadratic", "linear", "smooth", NULL};
@@ -15,20 +15,7 @@ static const char *const filter_names[] = {"none", "box", "bilateral", "bloom", 
 static const char *const resolve_names[] = {"first", "cross", "blur", NULL};
 static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NULL};
 
-#define COUNT_CHOICES(names) (COUNT_OF(names) - 2)
-#define ROW(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, HELP)                                  \
-    {                                                                                              \
-        .name = #FIELD, .offset = offsetof(struct cranny_screen_params, FIELD), .type = TYPE,      \
-        .unit = UNIT, .minimum = LOW, .maximum = HIGH, .fallback = DEFAULT, .choices = CHOICES,    \
-        .help = HELP                                                                               \
-    }
-#define REAL(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                                \
-    ROW(FIELD, CRANNY_PARAM_FLOAT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
-#define WHOLE(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                               \
-    ROW(FIELD, CRANNY_PARAM_INT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
-#define SWITCH(FIELD, DEFAULT, HELP) ROW(FIELD, CRANNY_PARAM_BOOL, "", 0, 1, DEFAULT, NULL, HELP)
-#define CHOICE(FIELD, NAMES, DEFAULT, HELP)                                                        \
-    ROW(FIELD, CRANNY_PARAM_ENUM, "", 0, COUNT_CHOICES(NAMES), DEFAULT, NAMES, HELP)
+#define ROW_STRUCT struct cranny_screen_params
 
 /* Rows of several methods, with the default of the one that lists them. */
 #define RADIUS REAL(radius_world, "m", 1e-9, 1e9, 0.5, "where an occluder stops counting")

@@ -1,5 +1,5 @@
 /* The parameters of the volumes: each number stands here once. */
-#include "base/base.h"
+#include "base/rows.h"
 
 #include <cranny/volumes.h>
 
@@ -7,19 +7,7 @@ static const char *const faces_names[] = {"front", "material", "both", NULL};
 static const char *const combine_names[] = {"sum", "knee", "product", NULL};
 static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NULL};
 
-#define ROW(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, HELP)                                  \
-    {                                                                                              \
-        .name = #FIELD, .offset = offsetof(struct cranny_volumes_params, FIELD), .type = TYPE,     \
-        .unit = UNIT, .minimum = LOW, .maximum = HIGH, .fallback = DEFAULT, .choices = CHOICES,    \
-        .help = HELP                                                                               \
-    }
-#define REAL(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                                \
-    ROW(FIELD, CRANNY_PARAM_FLOAT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
-#define WHOLE(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                               \
-    ROW(FIELD, CRANNY_PARAM_INT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
-#define SWITCH(FIELD, DEFAULT, HELP) ROW(FIELD, CRANNY_PARAM_BOOL, "", 0, 1, DEFAULT, NULL, HELP)
-#define CHOICE(FIELD, NAMES, DEFAULT, HELP)                                                        \
-    ROW(FIELD, CRANNY_PARAM_ENUM, "", 0, COUNT_OF(NAMES) - 2, DEFAULT, NAMES, HELP)
+#define ROW_STRUCT struct cranny_volumes_params
 
 static const struct cranny_param rows[] = {
     REAL(radius_world, "m", 1e-9, 1e9, 0.5, "where an occluder stops counting"),

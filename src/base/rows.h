@@ -1,0 +1,22 @@
+/* Rows of a parameter table, a line each. The including file says whose fields they are:
+ * #define ROW_STRUCT struct cranny_bake_params */
+#ifndef BASE_ROWS_H
+#define BASE_ROWS_H
+
+#include "base/base.h"
+
+#define ROW(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, HELP)                                  \
+    {                                                                                              \
+        .name = #FIELD, .offset = offsetof(ROW_STRUCT, FIELD), .type = TYPE, .unit = UNIT,         \
+        .minimum = LOW, .maximum = HIGH, .fallback = DEFAULT, .choices = CHOICES, .help = HELP     \
+    }
+#define REAL(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                                \
+    ROW(FIELD, CRANNY_PARAM_FLOAT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
+#define WHOLE(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                               \
+    ROW(FIELD, CRANNY_PARAM_INT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
+#define SWITCH(FIELD, DEFAULT, HELP) ROW(FIELD, CRANNY_PARAM_BOOL, "", 0, 1, DEFAULT, NULL, HELP)
+/* NAMES: an array of texts that ends with NULL. */
+#define CHOICE(FIELD, NAMES, DEFAULT, HELP)                                                        \
+    ROW(FIELD, CRANNY_PARAM_ENUM, "", 0, COUNT_OF(NAMES) - 2, DEFAULT, NAMES, HELP)
+
+#endif
