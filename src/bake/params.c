@@ -1,8 +1,8 @@
 #include "bake/params.h"
 
 #include "base/base.h"
+#include "trace/gather.h"
 
-static const char *const kernel_names[] = {"exponential", "linear", "hard", NULL};
 static const char *const sampler_names[] = {"spiral", "sobol", "random", NULL};
 static const char *const fit_names[] = {"least_squares", "splat", "vertex", NULL};
 static const char *const instance_names[] = {"auto", "split", "shared", NULL};
@@ -78,7 +78,7 @@ static const struct cranny_param rows[] = {
      .unit = "",
      .maximum = 2,
      .fallback = CRANNY_KERNEL_EXPONENTIAL,
-     .choices = kernel_names,
+     .choices = gather_kernel_names,
      .help = "how the distance of the nearest occluder becomes visibility"},
     {.name = FIELD(sampler),
      .type = CRANNY_PARAM_ENUM,

@@ -3,8 +3,8 @@
  * Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, eq. 1. */
 #include "trace/gather.h"
 
-#include "trace/directions.h"
 #include "base/portable.h"
+#include "trace/directions.h"
 
 #if defined(__SSE__)
 #    include <xmmintrin.h>
@@ -13,6 +13,8 @@
 
 /* A ray this near to full visibility is not dimmed, for `adaptive`. */
 #define DIMMED_BELOW (1 - 0x1p-10f)
+
+const char *const gather_kernel_names[4] = {"exponential", "linear", "hard", NULL};
 
 struct gather_plan {
     struct directions directions;

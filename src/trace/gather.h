@@ -20,6 +20,9 @@ void gather_plan_shorten(struct gather_plan *plan);
 
 void gather_plan_destroy(struct gather_plan **plan);
 
+/* Of enum cranny_kernel, for parameter tables. */
+extern const char *const gather_kernel_names[4];
+
 struct gather_point {
     float position[3];
     float normal[3];      /* unit, shading */
