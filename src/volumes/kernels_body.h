@@ -12,7 +12,10 @@
 #define FIT_DAMPING 1e-3f /* squares of cells */
 #define QUEUE 80          /* pairs; a multiple of BLOCK */
 #define DENSE 12          /* pairs in a block from which it does not wait for others */
-#define ROUNDING 4e-7f    /* of a corner's height, as a share of its distance */
+#define FAR 2.0f          /* longest edges between a pixel and a polygon that far_share is for */
+#define FAR_NOWHERE (4.0f * FAR * FAR * 4.0f) /* of edges of 2 δ: volumes end before */
+#define FAR_SCALE (4.0f * 0.31830989f / 3.0f)
+#define ROUNDING 4e-7f /* of a corner's height, as a share of its distance */
 
 /* A convex polygon with its planes: a lane each, or one in all lanes. */
 struct lane_volume {
@@ -20,6 +23,7 @@ struct lane_volume {
     lane_3 edge[4], hull[4], face; /* plane normals: inward, and the polygon's own */
     lane_f edge_w[4], hull_w[4], face_w;
     lane_f alpha, lowest, cut, triangle;
+    lane_f far_limit, far_weight[2];
 };
 
 /* The same of one volume, in the order of the fields above. */
@@ -28,6 +32,7 @@ struct one_volume {
     float edge[4][3], hull[4][3], face[3];
     float edge_w[4], hull_w[4], face_w;
     float alpha, lowest, cut, triangle;
+    float far_limit, far_weight[2];
 };
 
 _Static_assert(sizeof(struct lane_volume) == LANES * sizeof(struct one_volume), "fields differ");
@@ -126,6 +131,27 @@ static inline void make_hull(struct lane_volume *v)
     }
 }
 
+/* What far_share needs: the areas of the two triangles of a quad (of a triangle, the first), and
+ * from where on it holds. */
+static inline void make_far(struct lane_volume *v)
+{
+    lane_3 side[3];
+    lane_f longest2 = splat(0.0f);
+    for (int i = 0; i < 4; i++) {
+        const lane_3 edge = sub3(v->corner[(i + 1) & 3], v->corner[i]);
+        longest2 = max_(dot3(edge, edge), longest2);
+    }
+    for (int i = 0; i < 3; i++)
+        side[i] = sub3(v->corner[i + 1], v->corner[0]);
+    const lane_3 across = sub3(v->corner[3], v->corner[1]);
+    longest2 = max_(max_(dot3(across, across), dot3(side[1], side[1])), longest2);
+    for (int i = 0; i < 2; i++) {
+        const lane_3 twice = cross3(side[i], side[i + 1]);
+        v->far_weight[i] = sqrt_(dot3(twice, twice)) * FAR_SCALE;
+    }
+    v->far_limit = longest2 * (4.0f * FAR * FAR);
+}
+
 /* Planes from corners (a Newell normal by the diagonals); without an area, nothing hides. */
 static inline void make_volume(const struct batch *batch, int at, struct lane_volume *v)
 {
@@ -141,6 +167,7 @@ static inline void make_volume(const struct batch *batch, int at, struct lane_vo
         select_(less_(dot3(v->face, v->face), splat(0.5f)), splat(0.0f), load(batch->alpha + at));
     make_edges(v);
     make_hull(v);
+    make_far(v);
 }
 
 static inline struct lane_volume splat_volume(const struct one_volume *one)
@@ -159,6 +186,9 @@ static inline struct lane_volume splat_volume(const struct one_volume *one)
     v.lowest = splat(one->lowest);
     v.cut = splat(one->cut);
     v.triangle = splat(one->triangle);
+    v.far_limit = splat(one->far_limit);
+    v.far_weight[0] = splat(one->far_weight[0]);
+    v.far_weight[1] = splat(one->far_weight[1]);
     return v;
 }
 
@@ -296,11 +326,13 @@ static inline lane_f clipped_polygon(const lane_3 *q, const lane_3 *edges, const
 
 /* Eq. 24 with all k + 1 planes, cut by the hull where its corners were shortened; `inside` where it
  * is above 0. */
-static inline lane_f falloff(const struct one_volume *v, int corners, lane_3 x, lane_b *inside)
+static inline lane_f falloff(const struct one_volume *v, int corners, lane_3 x, lane_f *height_over,
+                             lane_b *inside)
 {
     const lane_f zero = splat(0.0f);
     const lane_f height = dot3(splat3(v->face), x) + v->face_w;
     const lane_f away = 1.0f - abs_(height);
+    *height_over = height;
     lane_b in = and_(less_(splat(v->lowest), height), less_(zero, away));
     lane_f g = away * v->alpha;
     for (int i = 0; i < corners; i++) {
@@ -314,16 +346,11 @@ static inline lane_f falloff(const struct one_volume *v, int corners, lane_3 x, 
     return g;
 }
 
-/* The pixels of a vector that a volume hides something of, and what eq. 24 takes of it. */
-struct lane_test {
-    lane_f weight;
-    lane_b inside, clipped; /* clipped: a corner lies under the tangent plane */
-};
-
 /* A polygon as LANES pixels see it: corners and edges about each, heights over its tangent plane.
  */
 struct lane_sight {
     lane_3 q[4], edges[4], normal;
+    lane_f up[4]; /* along the normal */
     lane_f heights[4], highest, least;
 };
 
@@ -338,7 +365,8 @@ static inline __attribute__((always_inline)) void see(const lane_3 *corners, con
         s->q[i] = sub3(corners[i], x);
         s->edges[i] = sub3(corners[i + 1 < count ? i + 1 : 0], corners[i]);
         const lane_3 size = abs3(s->q[i]);
-        s->heights[i] = dot3(s->q[i], normal) - rise - ROUNDING * (size.x + size.y + size.z);
+        s->up[i] = dot3(s->q[i], normal);
+        s->heights[i] = s->up[i] - rise - ROUNDING * (size.x + size.y + size.z);
         s->highest = max_(s->heights[i], s->highest);
         s->least = min_(s->heights[i], s->least);
     }
@@ -350,14 +378,56 @@ static inline void splat_corners(const struct one_volume *v, lane_3 corners[4])
         corners[i] = splat3(v->corner[i]);
 }
 
-static inline __attribute__((always_inline)) void test_pixels(const struct one_volume *v,
+/* The pixels of a vector that a volume hides something of, and what eq. 24 takes of it. */
+struct lane_test {
+    lane_f weight;
+    lane_b inside,
+        clipped; /* that want arc cosines; clipped: a corner is under the tangent plane */
+};
+
+static inline lane_f far_term(const struct lane_sight *s, int i, int j, lane_f *nearest)
+{
+    const lane_3 p = add3(s->q[i], s->q[j]); /* twice the middle of the edge */
+    const lane_f length2 = dot3(p, p);
+    *nearest = min_(length2, *nearest);
+    return (s->up[i] + s->up[j]) / (length2 * length2);
+}
+
+/* The integral of eq. 2 over a polygon above the tangent plane, by the middles of the edges of its
+ * triangles (exact for polynomials of degree 2) in place of arcs. From FAR of the longest edge on,
+ * it is off by at most 0.4 % of the largest that a polygon of this size can hide there, by 0.09 %
+ * on average, and by 0.01 % in sum. `height`: over the polygon. */
+static inline __attribute__((always_inline)) lane_f far_share(const struct one_volume *v,
                                                               const int count,
-                                                              const struct tile *tile, int at,
-                                                              struct lane_test *test)
+                                                              const struct lane_sight *s,
+                                                              lane_f height, lane_b *far)
+{
+    lane_f nearest = splat(1e30f);
+    const lane_f diagonal = far_term(s, 2, 0, &nearest);
+    lane_f sum =
+        (far_term(s, 0, 1, &nearest) + far_term(s, 1, 2, &nearest) + diagonal) * v->far_weight[0];
+    if (count == 4)
+        sum = sum + (far_term(s, 2, 3, &nearest) + far_term(s, 3, 0, &nearest) + diagonal) *
+                        v->far_weight[1];
+    *far = less_(splat(v->far_limit), nearest);
+    return min_(sum * abs_(height), splat(1.0f));
+}
+
+static inline void add_occlusion(struct tile *tile, int at, lane_f o)
+{
+    const lane_f before = load(tile->occlusion + at);
+    store(tile->occlusion + at, before + (tile->product ? o * (1.0f - before) : o));
+}
+
+/* Adds what the far pixels lose; leaves the near ones in `test`. */
+static inline __attribute__((always_inline)) void test_pixels(const struct one_volume *v,
+                                                              const int count, struct tile *tile,
+                                                              int at, struct lane_test *test)
 {
     const lane_f zero = splat(0.0f);
     const lane_3 x = load3(tile->position, at);
-    test->weight = falloff(v, count, x, &test->inside);
+    lane_f height;
+    test->weight = falloff(v, count, x, &height, &test->inside);
     test->clipped = test->inside;
     if (!any_(test->inside))
         return;
@@ -366,7 +436,15 @@ static inline __attribute__((always_inline)) void test_pixels(const struct one_v
     splat_corners(v, corners);
     see(corners, count, x, load3(tile->normal, at), load(tile->rise + at), &s);
     test->inside = and_(test->inside, less_(zero, s.highest));
-    test->clipped = and_(test->inside, not_(less_(zero, s.least)));
+    const lane_b whole = and_(test->inside, less_(zero, s.least));
+    test->clipped = and_(test->inside, not_(whole));
+    if (v->far_limit < FAR_NOWHERE && any_(whole)) {
+        lane_b far;
+        const lane_f share = far_share(v, count, &s, height, &far);
+        far = and_(far, whole);
+        add_occlusion(tile, at, select_(far, test->weight * share, zero));
+        test->inside = and_(test->inside, not_(far));
+    }
 }
 
 static inline __attribute__((always_inline)) lane_f hidden_share(const struct lane_sight *s,
@@ -391,8 +469,7 @@ static inline __attribute__((always_inline)) void add_pixels(const struct one_vo
         &s);
     const lane_f share = hidden_share(&s, count, any_(test->clipped));
     const lane_f o = select_(test->inside, test->weight * share, splat(0.0f));
-    const lane_f before = load(tile->occlusion + at);
-    store(tile->occlusion + at, before + (tile->product ? o * (1.0f - before) : o));
+    add_occlusion(tile, at, o);
 }
 
 /* Pairs that wait for arc cosines, so that no lane takes one for nothing: leaves and other small
@@ -452,13 +529,13 @@ static inline void pack3(const struct packing *p, lane_3 x, float (*to)[QUEUE], 
     pack(p, x.z, to[2] + at);
 }
 
-static inline void enqueue(const struct one_volume *v, const struct tile *tile, int at,
-                           lane_f weight, lane_b who, struct queue *q)
+static inline void enqueue(const struct one_volume *v, const int corners, const struct tile *tile,
+                           int at, lane_f weight, lane_b who, struct queue *q)
 {
     if (!any_(who))
         return;
     const struct packing p = packing_of(who);
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < corners; i++)
         for (int k = 0; k < 3; k++)
             store(q->corner[i][k] + q->count, splat(v->corner[i][k]));
     pack3(&p, load3(tile->position, at), q->position, q->count);
@@ -558,8 +635,9 @@ static inline __attribute__((always_inline)) void add_block(const struct one_vol
     struct queue *clipped = queues + (corners == 3 ? QUEUE_CLIPPED_TRIANGLES : QUEUE_CLIPPED_QUADS);
     for (int i = 0; i < BLOCK / LANES && pairs > 0; i++) {
         const int at = block * BLOCK + i * LANES;
-        enqueue(v, tile, at, tests[i].weight, and_(tests[i].inside, not_(tests[i].clipped)), whole);
-        enqueue(v, tile, at, tests[i].weight, tests[i].clipped, clipped);
+        enqueue(v, corners, tile, at, tests[i].weight,
+                and_(tests[i].inside, not_(tests[i].clipped)), whole);
+        enqueue(v, corners, tile, at, tests[i].weight, tests[i].clipped, clipped);
     }
     if (whole->count > QUEUE - 2 * BLOCK)
         drain(whole, (enum queue_kind)(whole - queues), tile);
