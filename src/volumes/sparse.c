@@ -9,7 +9,7 @@
  * nearest one's weight, under which it is done exactly. */
 #define DEVIATION 0.7f
 #define LEAST_WEIGHT 0.15f
-#define TURN 0.5f /* of δ: how far apart points count that face 60° apart */
+#define TURN 0.25f /* of δ: how far apart points count that face 60° apart */
 #define INVERSE_LN2 1.44269504f
 
 struct grid {
