@@ -142,7 +142,7 @@ static enum cranny_status make(struct maker *m, const struct cranny_volumes_para
     struct volume_polygon *polygons = m->polygons;
     m->polygons = NULL;
     if (status == CRANNY_OK)
-        return tree_build(m->volumes, polygons, why);
+        return tree_build(m->volumes, polygons, thread_count(params->threads), why);
     free(polygons);
     return status;
 }

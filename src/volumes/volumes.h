@@ -37,10 +37,10 @@ struct cranny_volumes {
     struct cranny_volumes_info info;
 };
 
-/* Boxes around the polygons, and the polygons sorted into their order. Takes `polygons`, which it
- * frees. (tree.c) */
+/* Boxes around the polygons, and the polygons sorted into their order; the same for every number of
+ * threads. Takes `polygons`, which it frees. (tree.c) */
 enum cranny_status tree_build(struct cranny_volumes *volumes, struct volume_polygon *polygons,
-                              struct cranny_error *why);
+                              int threads, struct cranny_error *why);
 
 /* Faces of a mesh: quads where two triangles make one, else triangles. (quads.c) */
 #define FACE_NONE UINT32_MAX
