@@ -10,12 +10,21 @@
 #define LEAST_SINE 1e-3 /* of a corner: no three corners in a line */
 #define SEARCH_MAX 64   /* triangles looked at around a vertex */
 
+/* What a triangle could be joined to, found for all at once. */
+struct seams {
+    uint32_t partner[3]; /* over the edge from `corner`: makes a quad with it; or FACE_NONE */
+    uint8_t corner[3];   /* longest edge first: of a rectangle's halves, that is the diagonal */
+    bool closed;         /* every edge has a partner that runs the other way */
+};
+
 struct quilt {
     const struct cranny_mesh *mesh;
     uint32_t *places; /* of vertices: the first one there */
     uint32_t *begin;  /* of a place's triangles in `around`; vertex_count + 1 */
     uint32_t *around; /* triangles */
-    uint32_t *taken;  /* by the quad of this triangle, or FACE_NONE */
+    struct seams *seams;
+    uint8_t *taken; /* triangles that are part of a face */
+    int threads;
 };
 
 static uint32_t hash_place(const float p[3])
@@ -122,69 +131,55 @@ static double edge_length2(const struct quilt *q, uint32_t triangle, int corner)
     return sum;
 }
 
-/* The triangle on the other side of the edge from `corner`, with which `t` makes a quad. */
-static bool join_over(struct quilt *q, uint32_t t, int corner, struct volume_face *face)
+/* Corners of the quad that `t` makes with `other` over its edge from `corner`; false: none. */
+static bool quad_of(const struct quilt *q, uint32_t t, int corner, uint32_t other,
+                    uint32_t corners[4])
 {
-    const uint32_t *materials = q->mesh->triangle_materials;
     const uint32_t a = place_of(q, t, corner), b = place_of(q, t, corner + 1);
-    const uint32_t begin = q->begin[a], end = q->begin[a + 1];
-    for (uint32_t i = begin; i < end && i < begin + SEARCH_MAX; i++) {
-        const uint32_t other = q->around[i];
-        if (other == t || q->taken[other] != FACE_NONE || materials[other] != materials[t])
+    for (int c = 0; c < 3; c++) {
+        if (place_of(q, other, c) != b || place_of(q, other, c + 1) != a)
             continue;
-        for (int c = 0; c < 3; c++) {
-            if (place_of(q, other, c) != b || place_of(q, other, c + 1) != a)
-                continue;
-            const uint32_t corners[4] = {place_of(q, t, corner + 2), a, place_of(q, other, c + 2),
-                                         b};
-            if (!is_quad(q, corners))
-                continue;
-            memcpy(face->corner, corners, sizeof corners);
-            face->triangles[0] = t;
-            face->triangles[1] = other;
-            face->closed = false;
-            q->taken[t] = q->taken[other] = t;
+        corners[0] = place_of(q, t, corner + 2);
+        corners[1] = a;
+        corners[2] = place_of(q, other, c + 2);
+        corners[3] = b;
+        if (is_quad(q, corners))
             return true;
-        }
     }
     return false;
 }
 
-/* Over its longest edge first: of a rectangle's halves, that is the diagonal. */
-static bool join(struct quilt *q, uint32_t t, struct volume_face *face)
+/* The first triangle on the other side of the edge from `corner` with which `t` makes a quad. */
+static uint32_t partner_over(const struct quilt *q, uint32_t t, int corner)
+{
+    const uint32_t *materials = q->mesh->triangle_materials;
+    const uint32_t a = place_of(q, t, corner);
+    const uint32_t begin = q->begin[a], end = q->begin[a + 1];
+    uint32_t corners[4];
+    for (uint32_t i = begin; i < end && i < begin + SEARCH_MAX; i++) {
+        const uint32_t other = q->around[i];
+        if (other != t && materials[other] == materials[t] && quad_of(q, t, corner, other, corners))
+            return other;
+    }
+    return FACE_NONE;
+}
+
+static void order_edges(const struct quilt *q, uint32_t t, uint8_t order[3])
 {
     double length[3];
-    int order[3] = {0, 1, 2};
-    for (int c = 0; c < 3; c++)
+    for (int c = 0; c < 3; c++) {
+        order[c] = (uint8_t)c;
         length[c] = edge_length2(q, t, c);
+    }
     for (int i = 1; i < 3; i++)
         for (int j = i; j > 0 && length[order[j]] > length[order[j - 1]]; j--) {
-            const int swap = order[j];
+            const uint8_t swap = order[j];
             order[j] = order[j - 1];
             order[j - 1] = swap;
         }
-    for (int i = 0; i < 3; i++)
-        if (join_over(q, t, order[i], face))
-            return true;
-    return false;
 }
 
-static void collect(struct quilt *q, bool quads, struct volume_face *faces, uint32_t *count)
-{
-    for (uint32_t t = 0; t < q->mesh->triangle_count; t++) {
-        const uint32_t *c = q->mesh->triangles[t];
-        if (q->taken[t] != FACE_NONE)
-            continue;
-        struct volume_face *face = &faces[(*count)++];
-        if (quads && join(q, t, face))
-            continue;
-        *face = (struct volume_face){{c[0], c[1], c[2], c[0]}, {t, FACE_NONE}, false};
-        q->taken[t] = t;
-    }
-}
-
-/* Whether every edge of the triangle has a partner that runs the other way. */
-static bool is_joined(const struct quilt *q, uint32_t t)
+static bool is_closed(const struct quilt *q, uint32_t t)
 {
     for (int c = 0; c < 3; c++) {
         const uint32_t a = place_of(q, t, c), b = place_of(q, t, c + 1);
@@ -197,6 +192,49 @@ static bool is_joined(const struct quilt *q, uint32_t t)
             return false;
     }
     return true;
+}
+
+static void find_seams(struct quilt *q, bool quads)
+{
+#pragma omp parallel for schedule(dynamic, 4096) num_threads(q->threads)
+    for (uint32_t t = 0; t < q->mesh->triangle_count; t++) {
+        struct seams *seams = &q->seams[t];
+        order_edges(q, t, seams->corner);
+        seams->closed = is_closed(q, t);
+        for (int i = 0; i < 3; i++)
+            seams->partner[i] = quads ? partner_over(q, t, seams->corner[i]) : FACE_NONE;
+    }
+}
+
+/* In the order of triangles, each with the first of its partners that is still free. */
+static bool join(struct quilt *q, uint32_t t, struct volume_face *face)
+{
+    const struct seams *seams = &q->seams[t];
+    for (int i = 0; i < 3; i++) {
+        const uint32_t other = seams->partner[i];
+        if (other == FACE_NONE || q->taken[other] ||
+            !quad_of(q, t, seams->corner[i], other, face->corner))
+            continue;
+        face->triangles[0] = t;
+        face->triangles[1] = other;
+        face->closed = false;
+        q->taken[other] = 1;
+        return true;
+    }
+    return false;
+}
+
+static void collect(struct quilt *q, struct volume_face *faces, uint32_t *count)
+{
+    for (uint32_t t = 0; t < q->mesh->triangle_count; t++) {
+        const uint32_t *c = q->mesh->triangles[t];
+        if (q->taken[t])
+            continue;
+        struct volume_face *face = &faces[(*count)++];
+        q->taken[t] = 1;
+        if (!join(q, t, face))
+            *face = (struct volume_face){{c[0], c[1], c[2], c[0]}, {t, FACE_NONE}, false};
+    }
 }
 
 static uint32_t root_of(uint32_t *parents, uint32_t v)
@@ -218,7 +256,7 @@ static bool find_closed(const struct quilt *q, struct volume_face *faces, uint32
         for (int c = 1; c < 3; c++)
             parents[root_of(parents, place_of(q, t, c))] = root_of(parents, place_of(q, t, 0));
     for (uint32_t t = 0; parents && open && t < mesh->triangle_count; t++)
-        if (!is_joined(q, t))
+        if (!q->seams[t].closed)
             open[root_of(parents, place_of(q, t, 0))] = 1;
     const bool ready = parents && open;
     for (uint32_t f = 0; ready && f < count; f++)
@@ -228,34 +266,36 @@ static bool find_closed(const struct quilt *q, struct volume_face *faces, uint32
     return ready;
 }
 
-static bool stitch(struct quilt *q)
+static bool stitch(struct quilt *q, bool quads)
 {
     const size_t vertices = q->mesh->vertex_count, triangles = q->mesh->triangle_count;
     q->places = alloc_array(vertices, sizeof *q->places);
     q->begin = alloc_array(vertices + 1, sizeof *q->begin);
     q->around = alloc_array(3 * triangles, sizeof *q->around);
+    q->seams = alloc_array(triangles, sizeof *q->seams);
     q->taken = alloc_array(triangles, sizeof *q->taken);
-    if (!q->places || !q->begin || !q->around || !q->taken || !find_places(q))
+    if (!q->places || !q->begin || !q->around || !q->seams || !q->taken || !find_places(q))
         return false;
-    memset(q->taken, 0xff, triangles * sizeof *q->taken);
     find_neighbours(q);
+    find_seams(q, quads);
     return true;
 }
 
-enum cranny_status faces_find(const struct cranny_mesh *mesh, bool quads,
+enum cranny_status faces_find(const struct cranny_mesh *mesh, bool quads, int threads,
                               struct volume_face **faces, uint32_t *count, struct cranny_error *why)
 {
-    struct quilt q = {.mesh = mesh};
+    struct quilt q = {.mesh = mesh, .threads = threads};
     *count = 0;
     *faces = alloc_array(mesh->triangle_count, sizeof **faces);
-    bool ready = *faces && stitch(&q);
+    bool ready = *faces && stitch(&q, quads);
     if (ready) {
-        collect(&q, quads, *faces, count);
+        collect(&q, *faces, count);
         ready = find_closed(&q, *faces, *count);
     }
     free(q.places);
     free(q.begin);
     free(q.around);
+    free(q.seams);
     free(q.taken);
     if (ready)
         return CRANNY_OK;

@@ -9,6 +9,7 @@ struct maker {
     struct cranny_volumes *volumes;
     struct volume_polygon *polygons;
     size_t count, capacity;
+    int threads;
 };
 
 /* False for a face without area, or not finite. */
@@ -54,6 +55,29 @@ static float face_alpha(const struct maker *m, const struct cranny_mesh *mesh,
     return 0.5f * (first + mean_alpha(m->scene, mesh, face->triangles[1]));
 }
 
+static void find_alphas(const struct maker *m, const struct cranny_mesh *mesh,
+                        const struct volume_face *faces, uint32_t count, float *alphas)
+{
+#pragma omp parallel for schedule(dynamic, 1024) num_threads(m->threads)
+    for (uint32_t f = 0; f < count; f++)
+        alphas[f] = face_alpha(m, mesh, &faces[f]);
+}
+
+/* Of the polygons placed behind the others, those with an alpha. */
+static void keep_placed(struct maker *m, const struct volume_face *faces, uint32_t count)
+{
+    const struct volume_polygon *placed = m->polygons + m->count;
+    for (uint32_t f = 0; f < count; f++) {
+        const bool quad = faces[f].triangles[1] != FACE_NONE;
+        if (!(placed[f].alpha > 0)) {
+            m->volumes->info.dropped += 1 + (uint64_t)quad;
+            continue;
+        }
+        m->polygons[m->count++] = placed[f];
+        m->volumes->info.quads += quad;
+    }
+}
+
 static enum cranny_status add_instance(struct maker *m, const struct cranny_instance *instance,
                                        const struct volume_face *faces, const float *alphas,
                                        uint32_t count, struct cranny_error *why)
@@ -66,21 +90,17 @@ static enum cranny_status add_instance(struct maker *m, const struct cranny_inst
     m->polygons = items;
     if (!grown || m->count + count > UINT32_MAX / 2)
         return fail_memory(why, "volumes");
+    struct volume_polygon *placed = m->polygons + m->count;
+#pragma omp parallel for num_threads(m->threads)
     for (uint32_t f = 0; f < count; f++) {
-        struct volume_polygon *polygon = &m->polygons[m->count];
-        const uint32_t triangle = faces[f].triangles[0];
-        const bool quad = faces[f].triangles[1] != FACE_NONE;
-        if (!(alphas[f] > 0) || !place_face(m, mesh, &faces[f], world, mirrored, polygon)) {
-            m->volumes->info.dropped += 1 + (uint64_t)quad;
-            continue;
-        }
-        polygon->alpha = alphas[f];
-        if (!faces[f].closed &&
-            cranny_scene_material(m->scene, mesh->triangle_materials[triangle])->double_sided)
-            polygon->flags |= POLYGON_DOUBLE_SIDED;
-        m->volumes->info.quads += quad;
-        m->count++;
+        const bool kept =
+            alphas[f] > 0 && place_face(m, mesh, &faces[f], world, mirrored, &placed[f]);
+        const uint32_t material = mesh->triangle_materials[faces[f].triangles[0]];
+        placed[f].alpha = kept ? alphas[f] : 0;
+        if (!faces[f].closed && cranny_scene_material(m->scene, material)->double_sided)
+            placed[f].flags |= POLYGON_DOUBLE_SIDED;
     }
+    keep_placed(m, faces, count);
     return CRANNY_OK;
 }
 
@@ -98,12 +118,11 @@ static enum cranny_status add_mesh(struct maker *m, uint32_t mesh_index, bool qu
         if (instance->mesh != mesh_index)
             continue;
         if (!faces) {
-            status = faces_find(mesh, quads, &faces, &count, why);
+            status = faces_find(mesh, quads, m->threads, &faces, &count, why);
             alphas = alloc_array(count, sizeof *alphas);
             if (status == CRANNY_OK && !alphas)
                 status = fail_memory(why, "volumes");
-            for (uint32_t f = 0; f < count && status == CRANNY_OK; f++)
-                alphas[f] = face_alpha(m, mesh, &faces[f]);
+            find_alphas(m, mesh, faces, status == CRANNY_OK ? count : 0, alphas);
         }
         if (status == CRANNY_OK)
             status = add_instance(m, instance, faces, alphas, count, why);
@@ -142,7 +161,7 @@ static enum cranny_status make(struct maker *m, const struct cranny_volumes_para
     struct volume_polygon *polygons = m->polygons;
     m->polygons = NULL;
     if (status == CRANNY_OK)
-        return tree_build(m->volumes, polygons, thread_count(params->threads), why);
+        return tree_build(m->volumes, polygons, m->threads, why);
     free(polygons);
     return status;
 }
@@ -160,7 +179,9 @@ enum cranny_status cranny_volumes_create(const struct cranny_scene *scene,
     enum cranny_status status = cranny_params_validate(cranny_volumes_param_table(), params, why);
     if (status != CRANNY_OK)
         return status;
-    struct maker maker = {.scene = scene, .volumes = alloc_array(1, sizeof **volumes)};
+    struct maker maker = {.scene = scene,
+                          .volumes = alloc_array(1, sizeof **volumes),
+                          .threads = thread_count(params->threads)};
     if (!maker.volumes)
         return fail_memory(why, "volumes");
     status = make(&maker, params, why);

@@ -49,7 +49,7 @@ struct volume_face {
     uint32_t triangles[2]; /* the second FACE_NONE for a triangle */
     bool closed;           /* part of a surface without a border */
 };
-enum cranny_status faces_find(const struct cranny_mesh *mesh, bool quads,
+enum cranny_status faces_find(const struct cranny_mesh *mesh, bool quads, int threads,
                               struct volume_face **faces, uint32_t *count,
                               struct cranny_error *why);
 
