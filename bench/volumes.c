@@ -1,13 +1,14 @@
 /* Ambient occlusion volumes on views of real scenes: error against the truth (eq. 31 of McGuire,
- * Ambient Occlusion Volumes, 2009) and time, over radii and sampling rates; and rays on the same
- * cores that reach the same error.
+ * Ambient Occlusion Volumes, 2009) and time, over radii and sampling rates.
  *
  * Usage: bench-volumes [--size WxH] [--rays N] [--radius M]... [--spacing N]... [--preset P]
  *                      [--set NAME=VALUE]... [--scene NAME] [--view NAME] [--cache FOLDER]
  *                      [--images FOLDER] [--runs N] [--versus] [--brief] [--markdown]
- * --radius in metres, instead of the views' own; --versus adds rays; --cache keeps truths between
- * runs; --images writes pictures and signed error maps; --brief prints means alone. */
-#include "views.h"
+ * --radius in metres, instead of the views' own; --versus is another bench: rays on the same cores
+ * that reach the same error, over five views and three radii (volumes_versus.c); --cache keeps
+ * truths between runs; --images writes pictures and signed error maps; --brief prints means alone.
+ */
+#include "volumes_versus.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -27,7 +28,7 @@ struct options {
 };
 
 struct row {
-    double error, rmse, bias, ms, rays, rays_ms;
+    double error, rmse, bias, ms;
     int count;
 };
 
@@ -112,39 +113,14 @@ static enum cranny_status time_volumes(struct work *w, const struct cranny_gbuff
     qsort(times, (size_t)w->o->runs, sizeof *times, compare_doubles);
     *ms = times[w->o->runs / 2];
     if (!w->o->brief && !w->o->markdown)
-        printf("    %.1f M candidates, %.2f M blocks tested, %.2f M evaluated, %.0f k pixels "
+        printf("    %.1f M candidates, %.2f M blocks tested, %.2f M evaluated, %.1f M pairs, "
+               "%.2f M arcs, %.0f k pixels "
                "(%.0f k refined), filter %.1f ms\n",
                (double)report.candidates * 1e-6, (double)report.tested * 1e-6,
-               (double)report.evaluated * 1e-6, (double)report.pixels * 1e-3,
+               (double)report.evaluated * 1e-6, (double)report.pairs * 1e-6,
+               (double)report.arcs * 1e-6, (double)report.pixels * 1e-3,
                (double)report.refined * 1e-3, report.filter_ms);
     return CRANNY_OK;
-}
-
-/* The fewest rays, in steps of a third of an octave, whose error is no larger, and their time. */
-static enum cranny_status match_rays(const struct work *w, const struct view_sight *sight,
-                                     float radius, struct row *row, struct cranny_error *why)
-{
-    struct cranny_raytrace_params params = cranny_raytrace_params_default();
-    struct cranny_raytrace_report report;
-    struct cranny_difference d = {.error = 1e9};
-    float *picture = malloc((size_t)w->o->width * (size_t)w->o->height * sizeof *picture);
-    enum cranny_status status = picture ? CRANNY_OK : CRANNY_MEMORY;
-    params.radius_world = radius;
-    params.seed = 77; /* rays that the truth has not cast */
-    for (double rays = 2; rays < 4096 && d.error > row->error && status == CRANNY_OK;
-         rays *= 1.26) {
-        if ((int)rays == params.rays)
-            continue;
-        params.rays = (int)rays;
-        status = cranny_frame_raytrace(sight->frame, &params, picture, 0, NULL, &report, why);
-        if (status == CRANNY_OK)
-            status = cranny_difference_measure(w->o->width, w->o->height, picture, 0, sight->truth,
-                                               0, &d, why);
-    }
-    row->rays = params.rays;
-    row->rays_ms = 1e3 * report.seconds;
-    free(picture);
-    return status;
 }
 
 static void print_row(const struct options *o, const char *title, float radius, int spacing,
@@ -155,9 +131,6 @@ static void print_row(const struct options *o, const char *title, float radius, 
                        : "%-18s radius %-5.3g 1/%-3d error %6.3f  rmse %.4f  bias %+.4f  %7.1f ms",
            title, (double)radius, spacing * spacing, r->error / n, r->rmse / n, r->bias / n,
            r->ms / n);
-    if (o->versus)
-        printf(o->markdown ? " %.0f | %.1f | %.1f |" : "  rays %4.0f %8.1f ms  x %.1f", r->rays / n,
-               r->rays_ms / n, r->rays_ms / r->ms);
     printf("\n");
     fflush(stdout);
 }
@@ -179,8 +152,6 @@ static enum cranny_status run_rate(struct work *w, const struct view *view,
     row.error = d.error;
     row.rmse = d.rmse;
     row.bias = d.mean;
-    if (w->o->versus)
-        status = match_rays(w, sight, view->radius_world, &row, why);
     char title[64];
     snprintf(title, sizeof title, "%s %s", view->scene, view->name);
     if (!w->o->brief)
@@ -189,8 +160,6 @@ static enum cranny_status run_rate(struct work *w, const struct view *view,
     mean->rmse += row.rmse;
     mean->bias += row.bias;
     mean->ms += row.ms;
-    mean->rays += row.rays;
-    mean->rays_ms += row.rays_ms;
     mean->count++;
     snprintf(title, sizeof title, "%g-%d", (double)view->radius_world,
              params->spacing * params->spacing);
@@ -317,10 +286,15 @@ int main(int argc, char **argv)
     struct cranny_error why = {0};
     if (!w.picture)
         return 1;
+    if (o.versus) {
+        const struct versus_options versus = {o.width,  o.height, o.rays, o.runs,
+                                              o.preset, o.scene,  o.cache};
+        free(w.picture);
+        return volumes_versus(&versus, &why) == CRANNY_OK ? 0 : complain(&why);
+    }
     if (o.markdown)
-        printf("| view | radius, m | rate | error | rmse | bias | ms |%s\n|---|---|---|---|---|---|"
-               "---|%s\n",
-               o.versus ? " rays | their ms | times |" : "", o.versus ? "---|---|---|" : "");
+        printf("| view | radius, m | rate | error | rmse | bias | ms |\n|---|---|---|---|---|---|"
+               "---|\n");
     const enum cranny_status status = run_all(&w, &why);
     for (int k = 0; k < o.spacing_count && status == CRANNY_OK; k++)
         if (w.means[k].count)

@@ -39,7 +39,9 @@ struct cranny_volumes_report {
     uint64_t pixels;     /* at which occlusion was evaluated */
     uint64_t candidates; /* pairs of a tile and a volume near it */
     uint64_t tested;     /* pairs of 16 pixels and a volume that meets their bounds */
-    uint64_t evaluated;  /* of these, the ones with a pixel in the volume: arc cosines taken */
+    uint64_t evaluated;  /* of these, the ones with a pixel that loses something */
+    uint64_t pairs;      /* of a pixel and a volume that hides something of it */
+    uint64_t arcs;       /* vectors of 16 pairs that took arc cosines; the others are far */
     uint64_t refined;    /* sparse sampling: pixels without a sample that fits, done exactly */
 };
 
@@ -112,6 +114,17 @@ CRANNY_API enum cranny_status cranny_volumes_render(const struct cranny_volumes 
                                                     const struct cranny_volumes_params *params,
                                                     float *visibility, size_t stride,
                                                     struct cranny_error *why);
+
+/* What sparse sampling makes of values that come from elsewhere: rays, another method. On entry
+ * `visibility` holds a value for every pixel, shaped as there; on return it is as if only every
+ * spacing-th each way, and with `refine` those that no sample fits, had been known, and the
+ * report's `pixels` says how many were. Values in [0,1]. Reads spacing, refine, the two filter
+ * widths, radius_world, delta_scale, threads and report; the buffer may not have several samples a
+ * pixel. CRANNY_USAGE, CRANNY_INPUT, CRANNY_MEMORY. */
+CRANNY_API enum cranny_status cranny_volumes_reconstruct(const struct cranny_gbuffer *gbuffer,
+                                                         const struct cranny_volumes_params *params,
+                                                         float *visibility, size_t stride,
+                                                         struct cranny_error *why);
 
 /* The ways to write a polygon's occlusion; they agree. */
 enum cranny_polygon_form {

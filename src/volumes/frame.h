@@ -9,6 +9,7 @@
 
 struct volume_frame {
     const struct cranny_volumes *volumes;
+    const float *given; /* values from elsewhere, in place of the volumes'; NULL: none */
     const struct cranny_volumes_params *params;
     const struct volume_kernels *kernels;
     struct canvas canvas;                      /* depth and normals */

@@ -381,8 +381,9 @@ static inline void splat_corners(const struct one_volume *v, lane_3 corners[4])
 /* The pixels of a vector that a volume hides something of, and what eq. 24 takes of it. */
 struct lane_test {
     lane_f weight;
-    lane_b inside,
-        clipped; /* that want arc cosines; clipped: a corner is under the tangent plane */
+    lane_b inside;  /* that want arc cosines */
+    lane_b clipped; /* of these: a corner lies under the tangent plane */
+    int pairs;      /* with the far ones */
 };
 
 static inline lane_f far_term(const struct lane_sight *s, int i, int j, lane_f *nearest)
@@ -429,6 +430,7 @@ static inline __attribute__((always_inline)) void test_pixels(const struct one_v
     lane_f height;
     test->weight = falloff(v, count, x, &height, &test->inside);
     test->clipped = test->inside;
+    test->pairs = 0;
     if (!any_(test->inside))
         return;
     lane_3 corners[4];
@@ -436,6 +438,7 @@ static inline __attribute__((always_inline)) void test_pixels(const struct one_v
     splat_corners(v, corners);
     see(corners, count, x, load3(tile->normal, at), load(tile->rise + at), &s);
     test->inside = and_(test->inside, less_(zero, s.highest));
+    test->pairs = __builtin_popcount(lane_bits(test->inside));
     const lane_b whole = and_(test->inside, less_(zero, s.least));
     test->clipped = and_(test->inside, not_(whole));
     if (v->far_limit < FAR_NOWHERE && any_(whole)) {
@@ -599,7 +602,7 @@ static inline void shift_field(float *field, int from)
 static void drain(struct queue *q, enum queue_kind kind, struct tile *tile)
 {
     const int end = q->count - q->count % BLOCK;
-    tile->evaluated += (uint64_t)(end / BLOCK);
+    tile->arcs += (uint64_t)(end / BLOCK);
     evaluate_kind(q, kind, end, tile);
     for (int k = 0; k < 3; k++) {
         for (int i = 0; i < 4; i++)
@@ -618,22 +621,24 @@ static inline __attribute__((always_inline)) void add_block(const struct one_vol
                                                             int block, struct queue *queues)
 {
     struct lane_test tests[BLOCK / LANES];
-    int pairs = 0;
+    int pairs = 0, near = 0;
     for (int i = 0; i < BLOCK / LANES; i++) {
         test_pixels(v, corners, tile, block * BLOCK + i * LANES, &tests[i]);
-        pairs += __builtin_popcount(lane_bits(tests[i].inside));
+        pairs += tests[i].pairs;
+        near += __builtin_popcount(lane_bits(tests[i].inside));
     }
     tile->tested++;
+    tile->evaluated += pairs > 0;
     tile->pairs += (uint64_t)pairs;
-    if (pairs >= DENSE) {
-        tile->evaluated++;
+    if (near >= DENSE) {
+        tile->arcs++;
         for (int i = 0; i < BLOCK / LANES; i++)
             add_pixels(v, corners, tile, block * BLOCK + i * LANES, &tests[i]);
         return;
     }
     struct queue *whole = queues + (corners == 3 ? QUEUE_TRIANGLES : QUEUE_QUADS);
     struct queue *clipped = queues + (corners == 3 ? QUEUE_CLIPPED_TRIANGLES : QUEUE_CLIPPED_QUADS);
-    for (int i = 0; i < BLOCK / LANES && pairs > 0; i++) {
+    for (int i = 0; i < BLOCK / LANES && near > 0; i++) {
         const int at = block * BLOCK + i * LANES;
         enqueue(v, corners, tile, at, tests[i].weight,
                 and_(tests[i].inside, not_(tests[i].clipped)), whole);
@@ -666,7 +671,7 @@ static void empty_queues(struct queue *queues, struct tile *tile)
         for (int f = 0; f < QUEUE_FIELDS; f++)
             for (int i = q->count; i % BLOCK; i++)
                 fields[f][i] = fields[f][0];
-        tile->evaluated += (uint64_t)(q->count + BLOCK - 1) / BLOCK;
+        tile->arcs += (uint64_t)(q->count + BLOCK - 1) / BLOCK;
         evaluate_kind(q, (enum queue_kind)k, q->count, tile);
     }
 }

@@ -10,13 +10,12 @@ static const struct cranny_volumes_params *params_or(const struct cranny_volumes
     return params ? params : defaults;
 }
 
-static enum cranny_status check(const struct cranny_volumes *volumes,
-                                const struct cranny_gbuffer *gbuffer,
+static enum cranny_status check(const struct cranny_gbuffer *gbuffer,
                                 const struct cranny_volumes_params *params, const float *visibility,
                                 size_t stride, struct cranny_error *why)
 {
-    if (!volumes || !gbuffer || !visibility)
-        return fail(why, CRANNY_USAGE, "volumes: polygons, a G-buffer and an output are needed");
+    if (!gbuffer || !visibility)
+        return fail(why, CRANNY_USAGE, "volumes: a G-buffer and an output are needed");
     enum cranny_status status = cranny_gbuffer_validate(gbuffer, why);
     if (status == CRANNY_OK)
         status = cranny_params_validate(cranny_volumes_param_table(), params, why);
@@ -64,7 +63,7 @@ static void place_frame(struct volume_frame *frame, const struct cranny_gbuffer 
     frame->world_from_view = gbuffer->world_from_view;
     frame->delta = frame->params->delta_scale * frame->params->radius_world;
     frame->bias = frame->params->bias * (p->top - p->bottom);
-    frame->rise_least = 2e-7f * frame->volumes->half_size;
+    frame->rise_least = frame->volumes ? 2e-7f * frame->volumes->half_size : 0;
 }
 
 void render_dense(const struct volume_frame *frame, struct tile_work *work, float *values)
@@ -99,7 +98,21 @@ static void count_work(const struct volume_frame *frame, const struct tile_work 
         frame->counts->candidates += work[t].candidates;
         frame->counts->tested += work[t].tile.tested;
         frame->counts->evaluated += work[t].tile.evaluated;
+        frame->counts->pairs += work[t].tile.pairs;
+        frame->counts->arcs += work[t].tile.arcs;
     }
+}
+
+/* Every value is known. */
+static void render_given(const struct volume_frame *frame, float *values)
+{
+    const size_t width = (size_t)frame->viewport.width;
+    memcpy(values, frame->given, width * (size_t)frame->viewport.height * sizeof *values);
+    for (int y = 0; y < frame->viewport.height; y++)
+        for (int x = 0; x < frame->viewport.width; x++)
+            frame->counts->pixels +=
+                frame->canvas.depth[canvas_index(&frame->canvas, frame->viewport.x + x,
+                                                 frame->viewport.y + y)] <= SKY_LIMIT;
 }
 
 static enum cranny_status render_plane(struct volume_frame *frame, float *values,
@@ -111,7 +124,9 @@ static enum cranny_status render_plane(struct volume_frame *frame, float *values
     memset(work, 0, (size_t)frame->threads * sizeof *work);
     enum cranny_status status = CRANNY_OK;
     watch_goes_on(frame->watch);
-    if (frame->params->spacing > 1)
+    if (frame->given && frame->params->spacing == 1)
+        render_given(frame, values);
+    else if (frame->params->spacing > 1)
         status = render_sparse(frame, work, values, why);
     else
         render_dense(frame, work, values);
@@ -196,36 +211,69 @@ static size_t tile_count(const struct cranny_gbuffer *gbuffer, int spacing)
            (size_t)((v.height + step - 1) / step);
 }
 
+static enum cranny_status run(struct render *r, const struct cranny_gbuffer *gbuffer,
+                              const struct cranny_volumes_params *params, float *visibility,
+                              size_t stride, struct cranny_error *why)
+{
+    struct cranny_volumes_report counts = {0};
+    struct watch watch;
+    enum cranny_isa isa;
+    const double begin = seconds_now();
+    watch_begin(&watch, params->hooks, "occlusion", tile_count(gbuffer, params->spacing));
+    r->frame.params = params;
+    r->frame.kernels = volume_kernels_choose((enum cranny_isa)params->isa, &isa);
+    r->frame.threads = thread_count(params->threads);
+    r->frame.watch = &watch;
+    r->frame.counts = &counts;
+    const enum cranny_status status = render_samples(r, gbuffer, visibility, stride, why);
+    workspace_clear(&r->workspace);
+    counts.isa = (int)isa;
+    counts.prepare_ms = r->prepare_ms;
+    counts.total_ms = 1e3 * (seconds_now() - begin);
+    counts.estimate_ms = counts.total_ms - counts.prepare_ms - counts.filter_ms;
+    if (params->report)
+        *params->report = counts;
+    return status;
+}
+
 enum cranny_status cranny_volumes_render(const struct cranny_volumes *volumes,
                                          const struct cranny_gbuffer *gbuffer,
                                          const struct cranny_volumes_params *params,
                                          float *visibility, size_t stride, struct cranny_error *why)
 {
     struct cranny_volumes_params defaults;
-    struct cranny_volumes_report counts = {0};
-    struct watch watch;
-    enum cranny_isa isa;
-    const double begin = seconds_now();
+    struct render r = {.frame = {.volumes = volumes}};
     params = params_or(params, &defaults);
-    enum cranny_status status = check(volumes, gbuffer, params, visibility, stride, why);
+    if (!volumes)
+        return fail(why, CRANNY_USAGE, "volumes: polygons are needed");
+    const enum cranny_status status = check(gbuffer, params, visibility, stride, why);
+    return status == CRANNY_OK ? run(&r, gbuffer, params, visibility, stride, why) : status;
+}
+
+enum cranny_status cranny_volumes_reconstruct(const struct cranny_gbuffer *gbuffer,
+                                              const struct cranny_volumes_params *params,
+                                              float *visibility, size_t stride,
+                                              struct cranny_error *why)
+{
+    struct cranny_volumes_params defaults;
+    struct render r = {0};
+    params = params_or(params, &defaults);
+    enum cranny_status status = check(gbuffer, params, visibility, stride, why);
     if (status != CRANNY_OK)
         return status;
-    watch_begin(&watch, params->hooks, "occlusion", tile_count(gbuffer, params->spacing));
-    struct render r = {
-        .frame = {.volumes = volumes,
-                  .params = params,
-                  .kernels = volume_kernels_choose((enum cranny_isa)params->isa, &isa),
-                  .threads = thread_count(params->threads),
-                  .watch = &watch,
-                  .counts = &counts},
-    };
-    status = render_samples(&r, gbuffer, visibility, stride, why);
-    workspace_clear(&r.workspace);
-    counts.isa = (int)isa;
-    counts.prepare_ms = r.prepare_ms;
-    counts.total_ms = 1e3 * (seconds_now() - begin);
-    counts.estimate_ms = counts.total_ms - counts.prepare_ms - counts.filter_ms;
-    if (params->report)
-        *params->report = counts;
+    if (gbuffer->sample_count > 1)
+        return fail(why, CRANNY_USAGE, "reconstruct: one sample a pixel, not %d",
+                    gbuffer->sample_count);
+    const struct cranny_rect v = frame_window(gbuffer).viewport;
+    float *given = alloc_array((size_t)v.width * (size_t)v.height, sizeof *given);
+    if (!given)
+        return fail_memory(why, "volumes");
+    const size_t row_bytes = (size_t)v.width * sizeof *given;
+    for (int y = 0; y < v.height; y++)
+        memcpy(given + (size_t)y * (size_t)v.width,
+               (const char *)visibility + (size_t)y * (stride ? stride : row_bytes), row_bytes);
+    r.frame.given = given;
+    status = run(&r, gbuffer, params, visibility, stride, why);
+    free(given);
     return status;
 }

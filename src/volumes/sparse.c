@@ -28,6 +28,11 @@ static struct pixel sample_pixel(const struct grid *g, int column, int row)
                           min_int(row * s + s / 2, g->frame->viewport.height - 1)};
 }
 
+static size_t value_at(const struct grid *g, struct pixel p)
+{
+    return (size_t)p.y * (size_t)g->frame->viewport.width + (size_t)p.x;
+}
+
 static ptrdiff_t canvas_at(const struct grid *g, struct pixel p)
 {
     const struct volume_frame *f = g->frame;
@@ -65,6 +70,12 @@ static void add_point(const struct grid *g, struct pixel p, uint32_t to, struct 
 static void render_points(const struct grid *g, struct tile_work *work, struct group_point *points,
                           int count, float *values)
 {
+    if (g->frame->given) {
+        for (int i = 0; i < count; i++)
+            values[points[i].to] = clamp_float(g->frame->given[value_at(g, points[i].pixel)], 0, 1);
+        g->frame->counts->pixels += (uint64_t)count;
+        return;
+    }
     group_points(points, count, g->frame->threads);
 #pragma omp parallel for schedule(dynamic) num_threads(g->frame->threads)
     for (int t = 0; t < (count + TILE - 1) / TILE; t++) {
