@@ -175,7 +175,13 @@ static void check_page(void)
     CHECK(!strstr(page, "<b>'"));
     CHECK(!strstr(page, "http:") && !strstr(page, "https:"));
     CHECK(!strstr(page, "nan") && !strstr(page, "-nan"));
+    CHECK_TEXT(page, "; once a scene: ");
     CHECK_TEXT(page, "</html>");
+    /* Rays and volumes, in the plots of two views and of their mean. */
+    int series = 0;
+    for (const char *at = page; (at = strstr(at, "class=\"series\"")); at++)
+        series++;
+    CHECK_INT(series, 6);
     free(page);
 }
 
