@@ -44,10 +44,9 @@ static void test_round_trip(void)
 
 static void test_refusals(void)
 {
-    static const char *const bad[][2] = {{"radius", "11"},   {"radius", "nan"}, {"radius", "1m"},
-                                         {"rays", "0"},      {"rays", "1.5"},   {"kind", "blue"},
-                                         {"ground", "maybe"}, {"colour", "1"},  {"radius", ""},
-                                         {"radius", "inf"}};
+    static const char *const bad[][2] = {
+        {"radius", "11"}, {"radius", "nan"},   {"radius", "1m"}, {"rays", "0"},  {"rays", "1.5"},
+        {"kind", "blue"}, {"ground", "maybe"}, {"colour", "1"},  {"radius", ""}, {"radius", "inf"}};
     struct sample s;
     cranny_params_defaults(&table, &s);
     for (size_t i = 0; i < sizeof bad / sizeof *bad; i++) {
