@@ -1,5 +1,6 @@
 /* Ambient occlusion volumes of one view at 10 thousand to 2 million triangles: time against what is
- * covered, and memory. The scene is a floor with 64 balls, tessellated more and more finely.
+ * covered, and memory; times are the processor's, of all threads. The scene is a floor with 64
+ * balls, tessellated more and more finely.
  *
  * Usage: bench-volumes_scaling [--markdown] */
 #include <cranny/cranny.h>
@@ -8,6 +9,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 enum { WIDTH = 640, HEIGHT = 360, BALLS = 64, RUNS = 3 };
 
@@ -90,8 +92,16 @@ static enum cranny_status draw(const struct cranny_scene *scene, struct cranny_t
     return status;
 }
 
+/* Of all threads: what others do on the machine does not count. */
+static double processor_ms(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return 1e3 * (double)t.tv_sec + 1e-6 * (double)t.tv_nsec;
+}
+
 static enum cranny_status measure(const struct cranny_volumes *volumes,
-                                  const struct cranny_frame *frame, bool markdown,
+                                  const struct cranny_frame *frame, double made_ms, bool markdown,
                                   struct cranny_error *why)
 {
     static float visibility[WIDTH * HEIGHT];
@@ -99,20 +109,22 @@ static enum cranny_status measure(const struct cranny_volumes *volumes,
     struct cranny_volumes_params params = cranny_volumes_params_preset(NULL);
     const struct cranny_gbuffer gbuffer = cranny_frame_gbuffer(frame);
     const struct cranny_volumes_info info = cranny_volumes_info(volumes);
-    double least = INFINITY;
+    double least = INFINITY, begin;
     params.report = &report;
     for (int i = 0; i < RUNS; i++) {
+        begin = processor_ms();
         const enum cranny_status status =
             cranny_volumes_render(volumes, &gbuffer, &params, visibility, 0, why);
         if (status != CRANNY_OK)
             return status;
-        least = fmin(least, report.total_ms);
+        least = fmin(least, processor_ms() - begin);
     }
     printf(markdown ? "| %llu | %llu | %.1f | %.2f | %.2f | %.2f | %.0f | %.0f |\n"
-                    : "%8llu triangles, %8llu polygons, %6.1f MB, made in %.2f s; %.2f M blocks "
+                    : "%8llu triangles, %8llu polygons, %6.1f MB, made in %.2f s (processor); %.2f "
+                      "M blocks "
                       "tested, %.2f M evaluated, %.0f ms, %.0f ns a block\n",
            (unsigned long long)info.triangles, (unsigned long long)info.polygons,
-           (double)info.size_bytes * 1e-6, info.seconds, (double)report.tested * 1e-6,
+           (double)info.size_bytes * 1e-6, 1e-3 * made_ms, (double)report.tested * 1e-6,
            (double)report.evaluated * 1e-6, least, 1e6 * least / (double)report.tested);
     fflush(stdout);
     return CRANNY_OK;
@@ -124,15 +136,18 @@ static enum cranny_status run(uint32_t rings, bool markdown, struct cranny_error
     struct cranny_tracer *tracer = NULL;
     struct cranny_frame *frame = NULL;
     struct cranny_volumes *volumes = NULL;
+    double begin = 0;
     enum cranny_status status = make_scene(rings, &scene, why);
     if (status == CRANNY_OK)
         status = cranny_tracer_create(scene, NULL, &tracer, why);
     if (status == CRANNY_OK)
         status = draw(scene, tracer, &frame, why);
     if (status == CRANNY_OK)
+        begin = processor_ms();
+    if (status == CRANNY_OK)
         status = cranny_volumes_create(scene, NULL, &volumes, why);
     if (status == CRANNY_OK)
-        status = measure(volumes, frame, markdown, why);
+        status = measure(volumes, frame, processor_ms() - begin, markdown, why);
     cranny_volumes_destroy(&volumes);
     cranny_frame_destroy(&frame);
     cranny_tracer_destroy(&tracer);

@@ -196,8 +196,10 @@ static bool is_closed(const struct quilt *q, uint32_t t)
 
 static void find_seams(struct quilt *q, bool quads)
 {
-#pragma omp parallel for schedule(dynamic, 4096) num_threads(q->threads)
-    for (uint32_t t = 0; t < q->mesh->triangle_count; t++) {
+    const uint32_t count = q->mesh->triangle_count;
+#pragma omp parallel for schedule(dynamic, 4096)                                                   \
+    num_threads(q->threads) if (count >= PARALLEL_LEAST)
+    for (uint32_t t = 0; t < count; t++) {
         struct seams *seams = &q->seams[t];
         order_edges(q, t, seams->corner);
         seams->closed = is_closed(q, t);

@@ -58,7 +58,8 @@ static float face_alpha(const struct maker *m, const struct cranny_mesh *mesh,
 static void find_alphas(const struct maker *m, const struct cranny_mesh *mesh,
                         const struct volume_face *faces, uint32_t count, float *alphas)
 {
-#pragma omp parallel for schedule(dynamic, 1024) num_threads(m->threads)
+#pragma omp parallel for schedule(dynamic, 1024)                                                   \
+    num_threads(m->threads) if (count >= PARALLEL_LEAST)
     for (uint32_t f = 0; f < count; f++)
         alphas[f] = face_alpha(m, mesh, &faces[f]);
 }
@@ -91,7 +92,7 @@ static enum cranny_status add_instance(struct maker *m, const struct cranny_inst
     if (!grown || m->count + count > UINT32_MAX / 2)
         return fail_memory(why, "volumes");
     struct volume_polygon *placed = m->polygons + m->count;
-#pragma omp parallel for num_threads(m->threads)
+#pragma omp parallel for num_threads(m->threads) if (count >= PARALLEL_LEAST)
     for (uint32_t f = 0; f < count; f++) {
         const bool kept =
             alphas[f] > 0 && place_face(m, mesh, &faces[f], world, mirrored, &placed[f]);

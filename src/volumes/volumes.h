@@ -44,6 +44,7 @@ enum cranny_status tree_build(struct cranny_volumes *volumes, struct volume_poly
 
 /* Faces of a mesh: quads where two triangles make one, else triangles. (quads.c) */
 #define FACE_NONE UINT32_MAX
+#define PARALLEL_LEAST 4096 /* triangles or faces worth waking threads for */
 struct volume_face {
     uint32_t corner[4];    /* vertices; a triangle's fourth is its first */
     uint32_t triangles[2]; /* the second FACE_NONE for a triangle */
