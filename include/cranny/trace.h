@@ -14,11 +14,28 @@ extern "C" {
  * Keeps a pointer to the scene, which must outlive it. */
 struct cranny_tracer;
 
-/* What to build, and with what. */
+/* How what lies on the way to a ray's hit dims it. */
+enum cranny_dimming {
+    CRANNY_DIMMING_KERNEL, /* as much as is taken at a distance counts as a hit there: with shares
+                              wᵢ taken at dᵢ and the rest W left at the hit, Σ wᵢ ρ(dᵢ) + W ρ(d) */
+    CRANNY_DIMMING_PLAIN,  /* W ρ(d), whatever the distance (2013, §2.1) */
+};
+
+/* What to build, and with what. Instances that do not exist (cranny_instance_exists) are left out.
+ * With `roles` false, all others are surfaces. With `roles` true (2013, §2.1) only solid ones are;
+ * trees are semi-transparent, each crossing taking half; a shrub is a box of fog, its mesh's
+ * bounding box in the instance's own space; grass is not there. Fog takes 1 − exp(−σ s) over a
+ * length of s metres. σ of a mesh is such that its box lets as much through as its triangles do,
+ * over random rays through the box; where boxes overlap, σ is divided by the mean number of boxes
+ * that a point of the box is in, so that they are no darker than one. */
 struct cranny_tracer_params {
     bool ground;         /* add an infinite occluding plane under everything; default false */
     float ground_height; /* metres, world y of that plane; NaN (default): the lowest vertex */
-    int threads;         /* 0 (default): all cores */
+    bool roles;          /* default false */
+    enum cranny_dimming dimming; /* default kernel */
+    float tree_opacity;          /* share that a crossing of a tree takes, [0,1]; default 0.5 */
+    float fog_density;           /* factor on σ, ≥ 0; default 1 */
+    int threads;                 /* 0 (default): all cores */
     const struct cranny_hooks *hooks; /* may be NULL */
 };
 
@@ -34,8 +51,18 @@ CRANNY_API enum cranny_status cranny_tracer_create(const struct cranny_scene *sc
 /* Frees the structure and sets *tracer to NULL; accepts NULL. */
 CRANNY_API void cranny_tracer_destroy(struct cranny_tracer **tracer);
 
-/* Bytes that the acceleration structure holds. */
+/* Bytes that the acceleration structures hold. */
 CRANNY_API uint64_t cranny_tracer_bytes(const struct cranny_tracer *tracer);
+
+/* What was built. */
+struct cranny_tracer_info {
+    uint64_t bytes;                    /* all structures */
+    uint64_t solids, trees, fog_boxes; /* instances */
+    uint64_t fog_bytes, tree_bytes;    /* of `bytes` */
+    double seconds, fog_seconds;       /* to build; of these, densities and boxes */
+};
+CRANNY_API void cranny_tracer_get_info(const struct cranny_tracer *tracer,
+                                       struct cranny_tracer_info *info);
 
 /* How a distance becomes visibility, ρ(d). A ray that hits nothing has ρ = 1. */
 enum cranny_kernel {
@@ -57,13 +84,13 @@ enum cranny_packet { CRANNY_PACKET_1, CRANNY_PACKET_8, CRANNY_PACKET_16 };
 
 /* Rays per point, and how their distances count. */
 struct cranny_gather_params {
-    int rays;                   /* per point, 1..65536; default 64 */
-    float distances[2];         /* metres, > 0: long and short r of the kernel; default 300 and 2 */
-    enum cranny_kernel kernel;  /* default exponential */
+    int rays;                  /* per point, 1..65536; default 64 */
+    float distances[2];        /* metres, > 0: long and short r of the kernel; default 300 and 2 */
+    enum cranny_kernel kernel; /* default exponential */
     enum cranny_sampler sampler; /* default spiral */
-    enum cranny_packet packet;  /* default: the fastest measured */
-    uint32_t seed;              /* default 0 */
-    int threads;                /* 0 (default): all cores; never changes the result */
+    enum cranny_packet packet;   /* default: the fastest measured */
+    uint32_t seed;               /* default 0 */
+    int threads;                 /* 0 (default): all cores; never changes the result */
     const struct cranny_hooks *hooks;
 };
 
@@ -78,22 +105,34 @@ CRANNY_API struct cranny_gather_params cranny_gather_params_default(void);
  * `back_fraction`: point_count floats, the share of rays that hit back faces of single-sided
  * materials; may be NULL.
  * CRANNY_USAGE for parameters out of range, CRANNY_CANCELLED from the progress hook. */
-CRANNY_API enum cranny_status
-cranny_gather(const struct cranny_tracer *tracer, size_t point_count, const float (*positions)[3],
-              const float (*normals)[3], const float (*face_normals)[3],
-              const struct cranny_gather_params *params, float (*visibility)[2],
-              float *back_fraction, struct cranny_error *why);
+CRANNY_API enum cranny_status cranny_gather(const struct cranny_tracer *tracer, size_t point_count,
+                                            const float (*positions)[3], const float (*normals)[3],
+                                            const float (*face_normals)[3],
+                                            const struct cranny_gather_params *params,
+                                            float (*visibility)[2], float *back_fraction,
+                                            struct cranny_error *why);
+
+/* Spherical obscurance at points in the open (2013, §2.2 and §2.3): ρ over the whole sphere of
+ * directions, for distances[0] and distances[1], on the nine real spherical harmonics up to l = 2
+ * in the order and signs of cranny/runtime.h. Not convolved: cranny_sh_convolve makes visibilities.
+ * `harmonics`: point_count × 2 × 9 floats. `back_fraction` as above; may be NULL. `params->sampler`
+ * is read as there: the spiral covers the sphere. Same statuses. */
+CRANNY_API enum cranny_status cranny_gather_sphere(const struct cranny_tracer *tracer,
+                                                   size_t point_count, const float (*positions)[3],
+                                                   const struct cranny_gather_params *params,
+                                                   float (*harmonics)[2][9], float *back_fraction,
+                                                   struct cranny_error *why);
 
 /* What a ray met first. */
 struct cranny_hit {
-    uint32_t instance;     /* UINT32_MAX: nothing, or the ground plane */
-    uint32_t triangle;     /* of the instance's mesh */
-    float u, v;            /* barycentrics of the triangle's second and third vertex */
-    bool back_face;        /* seen from behind, whatever the material */
+    uint32_t instance; /* UINT32_MAX: nothing, or the ground plane */
+    uint32_t triangle; /* of the instance's mesh */
+    float u, v;        /* barycentrics of the triangle's second and third vertex */
+    bool back_face;    /* seen from behind, whatever the material */
 };
 
-/* The nearest surface along each ray; the ray starts at `origins` (no offset is added).
- * `directions` unit. `distances`: metres, +INFINITY for none. `hits` may be NULL.
+/* The nearest surface along each ray (with `roles`: of solids); the ray starts at `origins` (no
+ * offset is added). `directions` unit. `distances`: metres, +INFINITY for none. `hits` may be NULL.
  * `threads` 0: all cores; never changes the result. */
 CRANNY_API enum cranny_status cranny_trace(const struct cranny_tracer *tracer, size_t ray_count,
                                            const float (*origins)[3], const float (*directions)[3],
