@@ -243,6 +243,8 @@ struct cranny_save_params {
     enum cranny_output to; /* default occlusion */
     bool replace;          /* occlusion: displace occlusion textures that are already there */
     bool raw;              /* attribute: both distances, unblended */
+    bool expand;           /* linear instances, shrubs and grass get copies of their mesh with their
+                              own final values, for viewers that do not multiply; default false */
     const struct cranny_hooks *hooks;
 };
 

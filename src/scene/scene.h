@@ -55,12 +55,21 @@ enum cranny_status scene_take_mesh(struct cranny_scene *scene, const struct mesh
                                    struct cranny_error *why);
 void mesh_free(struct mesh *mesh);
 
+/* What an instance has besides its mesh's values: a linear function to multiply them by (constant, x,
+ * y, z in the mesh's own space), or one number in their place. */
+enum factor_kind { FACTOR_NONE, FACTOR_LINEAR, FACTOR_SCALAR };
+struct instance_factor {
+    enum factor_kind kind;
+    float visibility[4], raw_long[4], raw_short[4]; /* FACTOR_SCALAR: the first of each */
+};
+
 /* Per-vertex values to write into a scene's file: for every instance, a float per vertex of its
  * mesh. Instances of one mesh that give the same pointer share one set in the file. */
 struct scene_values {
     const float *const *visibility; /* instance_count pointers */
     const float *const *raw_long;   /* for `raw`; may be NULL otherwise */
     const float *const *raw_short;
+    const struct instance_factor *factors; /* instance_count; NULL: none */
 };
 
 /* cranny_scene_save, below the bake layer; `values` NULL writes the scene as it is. */
