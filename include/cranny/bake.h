@@ -24,6 +24,7 @@ enum cranny_instances {
 enum cranny_local {
     CRANNY_LOCAL_SHARED, /* the mean over the instances: right by itself where nobody multiplies */
     CRANNY_LOCAL_ISOLATED, /* of the mesh alone in the open, as the paper has it */
+    CRANNY_LOCAL_NONE,     /* ones: nothing but the coefficients */
 };
 
 /* What the four coefficients are fitted to. */

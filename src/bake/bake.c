@@ -60,6 +60,44 @@ struct value_set *bake_add_set(struct cranny_bake *bake, uint32_t mesh, uint32_t
     return set;
 }
 
+/* A set for the mesh of an instance, all ones; NULL: out of memory. */
+static struct value_set *add_ones(struct cranny_bake *bake, uint32_t instance)
+{
+    const uint32_t mesh = bake->scene->instances[instance].view.mesh;
+    struct value_set *set = bake_add_set(bake, mesh, bake->scene->meshes[mesh].view.vertex_count);
+    for (size_t v = 0; set && v < (size_t)set->vertex_count * CHANNELS; v++)
+        set->values[v] = 1;
+    return set;
+}
+
+enum cranny_status bake_set_per_mesh(struct cranny_bake *bake, enum cranny_treatment treatment,
+                                     mesh_set_fn *make, void *user, struct cranny_error *why)
+{
+    uint32_t *set_of_mesh = alloc_array(bake->scene->mesh_count, sizeof *set_of_mesh);
+    enum cranny_status status = set_of_mesh ? CRANNY_OK : fail_memory(why, "values");
+    for (uint32_t i = 0; status == CRANNY_OK && i < bake->instance_count; i++) {
+        const uint32_t mesh = bake->scene->instances[i].view.mesh;
+        if (bake->treatments[i] != treatment)
+            continue;
+        if (!set_of_mesh[mesh]) {
+            status = make                ? make(user, i, why)
+                     : add_ones(bake, i) ? CRANNY_OK
+                                         : fail_memory(why, "values");
+            if (status != CRANNY_OK)
+                break;
+            struct value_set *set = &bake->sets[bake->set_count - 1];
+            set->treatment = treatment;
+            set->instance_first = i;
+            set->instance_count = 0;
+            set_of_mesh[mesh] = (uint32_t)bake->set_count;
+        }
+        bake->set_of[i] = set_of_mesh[mesh] - 1;
+        bake->sets[bake->set_of[i]].instance_count++;
+    }
+    free(set_of_mesh);
+    return status;
+}
+
 enum cranny_status bake_need_linear(struct cranny_bake *bake, struct cranny_error *why)
 {
     if (bake->linear)
@@ -180,8 +218,8 @@ static enum cranny_status bake_all(struct run *run, struct cranny_error *why)
     enum cranny_status status = treatments_choose(run->scene, run->params, bake->treatments, why);
     if (status == CRANNY_OK)
         status = bake_surfaces(run, why);
-    if (status == CRANNY_OK && run->params->local == CRANNY_LOCAL_ISOLATED)
-        status = linear_isolate(bake, run->scene, run->params, why);
+    if (status == CRANNY_OK && run->params->local != CRANNY_LOCAL_SHARED)
+        status = linear_local(bake, run->scene, run->params, why);
     if (status == CRANNY_OK)
         status = linear_fit(bake, run->scene, run->tracer, run->params, why);
     if (status == CRANNY_OK)

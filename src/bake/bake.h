@@ -47,6 +47,12 @@ double bake_value_at(const struct cranny_bake *bake, uint32_t instance, uint32_t
 /* A set more, with room for its values; NULL: out of memory. Valid until the next one. */
 struct value_set *bake_add_set(struct cranny_bake *bake, uint32_t mesh, uint32_t vertex_count);
 
+/* One set for all instances of a mesh that have a treatment. `make` appends it, for the first of
+ * them; NULL: ones. */
+typedef enum cranny_status mesh_set_fn(void *user, uint32_t instance, struct cranny_error *why);
+enum cranny_status bake_set_per_mesh(struct cranny_bake *bake, enum cranny_treatment treatment,
+                                     mesh_set_fn *make, void *user, struct cranny_error *why);
+
 /* A tracer as a bake's parameters ask for it, with roles. */
 enum cranny_status bake_tracer_create(const struct cranny_scene *scene,
                                       const struct cranny_bake_params *params,

@@ -387,22 +387,29 @@ static double mean_scale(const struct cranny_bake *bake, const struct cranny_sce
     return count > 0 && sum > 0 ? sum / count : 1;
 }
 
-static enum cranny_status bake_alone(struct cranny_bake *bake, const struct cranny_scene *scene,
-                                     const struct cranny_bake_params *params, uint32_t instance,
-                                     struct cranny_error *why)
+struct isolation {
+    struct cranny_bake *bake;
+    const struct cranny_scene *scene;
+    const struct cranny_bake_params *params;
+};
+
+/* mesh_set_fn */
+static enum cranny_status bake_alone(void *user, uint32_t instance, struct cranny_error *why)
 {
     static const uint8_t surface[1] = {CRANNY_TREATMENT_SURFACE};
+    const struct isolation *isolation = user;
+    struct cranny_bake *bake = isolation->bake;
+    struct cranny_bake_params own = *isolation->params;
     struct instance alone;
     struct cranny_scene stand_in;
     struct cranny_tracer *tracer = NULL;
-    struct cranny_bake_params own = *params;
-    const size_t set = bake->set_count;
-    const uint32_t mesh = scene->instances[instance].view.mesh;
+    struct pass pass;
     own.ground = false;
     own.samples_total = 0;
     own.samples_per_face *= ISOLATED_WORTH;
-    isolate(scene, instance, mean_scale(bake, scene, mesh), &alone, &stand_in);
-    struct pass pass;
+    isolate(isolation->scene, instance,
+            mean_scale(bake, isolation->scene, isolation->scene->instances[instance].view.mesh),
+            &alone, &stand_in);
     enum cranny_status status =
         pass_begin(&pass, bake, &stand_in, &own, surface, 1u << CRANNY_TREATMENT_SURFACE, why);
     if (status == CRANNY_OK)
@@ -411,37 +418,20 @@ static enum cranny_status bake_alone(struct cranny_bake *bake, const struct cran
         status = samples_collect(&pass.plan, tracer, &own, &pass.samples, why);
     if (status == CRANNY_OK)
         status = pass_fit(&pass, tracer, why);
-    if (status == CRANNY_OK) {
-        bake->sets[set].instance_first = instance;
-        bake->sets[set].treatment = CRANNY_TREATMENT_LINEAR;
-        bake->report.rays += pass.samples.rays;
-    }
+    bake->report.rays += pass.samples.rays;
     pass_end(&pass);
     cranny_tracer_destroy(&tracer);
     return status;
 }
 
-enum cranny_status linear_isolate(struct cranny_bake *bake, const struct cranny_scene *scene,
-                                  const struct cranny_bake_params *params, struct cranny_error *why)
+enum cranny_status linear_local(struct cranny_bake *bake, const struct cranny_scene *scene,
+                                const struct cranny_bake_params *params, struct cranny_error *why)
 {
     const double begin = seconds_now();
-    uint32_t *set_of_mesh = alloc_array(scene->mesh_count, sizeof *set_of_mesh);
-    enum cranny_status status = set_of_mesh ? CRANNY_OK : fail_memory(why, "coefficients");
-    for (uint32_t i = 0; status == CRANNY_OK && i < bake->instance_count; i++) {
-        const uint32_t mesh = scene->instances[i].view.mesh;
-        if (bake->treatments[i] != CRANNY_TREATMENT_LINEAR)
-            continue;
-        if (!set_of_mesh[mesh]) {
-            status = bake_alone(bake, scene, params, i, why);
-            if (status != CRANNY_OK)
-                break;
-            set_of_mesh[mesh] = (uint32_t)bake->set_count;
-            bake->sets[bake->set_count - 1].instance_count = 0;
-        }
-        bake->set_of[i] = set_of_mesh[mesh] - 1;
-        bake->sets[bake->set_of[i]].instance_count++;
-    }
-    free(set_of_mesh);
+    struct isolation isolation = {bake, scene, params};
+    const enum cranny_status status = bake_set_per_mesh(
+        bake, CRANNY_TREATMENT_LINEAR, params->local == CRANNY_LOCAL_ISOLATED ? bake_alone : NULL,
+        &isolation, why);
     bake->report.seconds_local = seconds_now() - begin;
     return status;
 }

@@ -9,10 +9,10 @@
 
 struct cranny_tracer;
 
-/* Bake each mesh that has linear instances by itself, in the open (`local` isolated), into sets. */
-enum cranny_status linear_isolate(struct cranny_bake *bake, const struct cranny_scene *scene,
-                                  const struct cranny_bake_params *params,
-                                  struct cranny_error *why);
+/* A set for each mesh that has linear instances: of the mesh by itself in the open (`local`
+ * isolated), or ones. */
+enum cranny_status linear_local(struct cranny_bake *bake, const struct cranny_scene *scene,
+                                const struct cranny_bake_params *params, struct cranny_error *why);
 
 /* Fit the coefficients of all linear instances, whose sets are there. */
 enum cranny_status linear_fit(struct cranny_bake *bake, const struct cranny_scene *scene,

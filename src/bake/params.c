@@ -6,7 +6,7 @@
 static const char *const sampler_names[] = {"spiral", "sobol", "random", NULL};
 static const char *const fit_names[] = {"least_squares", "splat", "vertex", NULL};
 static const char *const instance_names[] = {"auto", "split", "shared", "linear", NULL};
-static const char *const local_names[] = {"shared", "isolated", NULL};
+static const char *const local_names[] = {"shared", "isolated", "none", NULL};
 static const char *const linear_names[] = {"volume", "surface", NULL};
 static const char *const dimming_names[] = {"kernel", "plain", NULL};
 static const char *const lod_names[] = {"least_squares", "vertex", NULL};
@@ -173,7 +173,7 @@ static const struct cranny_param rows[] = {
     {.name = FIELD(local),
      .type = CRANNY_PARAM_ENUM,
      .unit = "",
-     .maximum = 1,
+     .maximum = 2,
      .fallback = CRANNY_LOCAL_SHARED,
      .choices = local_names,
      .help =

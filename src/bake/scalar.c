@@ -46,38 +46,6 @@ static void set_constant(float linear[CHANNELS][4], const double values[CHANNELS
     }
 }
 
-static enum cranny_status add_sets(struct cranny_bake *bake, const struct cranny_scene *scene,
-                                   struct cranny_error *why)
-{
-    uint32_t *set_of_mesh = alloc_array(scene->mesh_count, sizeof *set_of_mesh);
-    if (!set_of_mesh)
-        return fail_memory(why, "values");
-    enum cranny_status status = CRANNY_OK;
-    for (uint32_t i = 0; status == CRANNY_OK && i < scene->instance_count; i++) {
-        const uint32_t mesh = scene->instances[i].view.mesh;
-        if (bake->treatments[i] != CRANNY_TREATMENT_SCALAR)
-            continue;
-        if (!set_of_mesh[mesh]) {
-            const uint32_t count = scene->meshes[mesh].view.vertex_count;
-            struct value_set *set = bake_add_set(bake, mesh, count);
-            if (!set) {
-                status = fail_memory(why, "values");
-                break;
-            }
-            set->treatment = CRANNY_TREATMENT_SCALAR;
-            set->instance_first = i;
-            for (size_t v = 0; v < (size_t)count * CHANNELS; v++)
-                set->values[v] = 1;
-            set_of_mesh[mesh] = (uint32_t)bake->set_count;
-        }
-        bake->set_of[i] = set_of_mesh[mesh] - 1;
-        bake->sets[bake->set_of[i]].instance_count++;
-        bake->report.scalar_instances++;
-    }
-    free(set_of_mesh);
-    return status;
-}
-
 static enum cranny_status resample_all(struct cranny_bake *bake, const struct resampler *resampler,
                                        const struct cranny_bake_params *params,
                                        struct cranny_error *why)
@@ -116,15 +84,14 @@ enum cranny_status scalar_bake(struct cranny_bake *bake, const struct cranny_sce
                                const struct cranny_bake_params *params, struct cranny_error *why)
 {
     const struct resampler resampler = {.bake = bake, .scene = scene, .tracer = tracer};
-    bool any = false;
     for (uint32_t i = 0; i < bake->instance_count; i++)
-        any |= bake->treatments[i] == CRANNY_TREATMENT_SCALAR;
-    if (!any)
+        bake->report.scalar_instances += bake->treatments[i] == CRANNY_TREATMENT_SCALAR;
+    if (!bake->report.scalar_instances)
         return CRANNY_OK;
     const double begin = seconds_now();
     enum cranny_status status = bake_need_linear(bake, why);
     if (status == CRANNY_OK)
-        status = add_sets(bake, scene, why);
+        status = bake_set_per_mesh(bake, CRANNY_TREATMENT_SCALAR, NULL, NULL, why);
     if (status == CRANNY_OK)
         status = resample_all(bake, &resampler, params, why);
     bake->report.seconds_scalar = seconds_now() - begin;
