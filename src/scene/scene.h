@@ -65,6 +65,9 @@ struct instance_factor {
     float visibility[4], raw_long[4], raw_short[4]; /* FACTOR_SCALAR: the first of each */
 };
 
+/* Instances that exist and that a role rule with this pattern matches. False: out of memory. */
+bool roles_count(const struct cranny_scene *scene, const char *pattern, uint32_t *count);
+
 /* Per-vertex values to write into a scene's file: for every instance, a float per vertex of its
  * mesh. Instances of one mesh that give the same pointer share one set in the file. */
 struct scene_values {
