@@ -301,7 +301,8 @@ static void test_arrays(void)
     CHECK_OK(cranny_scene_add_material(scene, &masked, NULL, &why), why);
     struct cranny_mesh mesh = {"quad", 4, 3, positions, NULL, texcoords, triangles, materials};
     CHECK_OK(cranny_scene_add_mesh(scene, &mesh, NULL, &why), why);
-    struct cranny_instance instance = {"i", 0, {1, 0, 0, 5, 0, 2, 0, 0, 0, 0, 1, 0}};
+    struct cranny_instance instance = {.name = "i",
+                                       .world_from_object = {1, 0, 0, 5, 0, 2, 0, 0, 0, 0, 1, 0}};
     CHECK_OK(cranny_scene_add_instance(scene, &instance, NULL, &why), why);
     CHECK_OK(cranny_scene_add_instance(scene, &instance, NULL, &why), why);
     struct document *result = bake(scene, true, cranny_save_params_default(), "arrays.glb");

@@ -102,7 +102,9 @@ struct cranny_mesh {
 };
 
 /* What an instance is to a bake (2013, §2.1 and §2.2). glTF says it as `"cranny_role": "tree"` in
- * the extras of a node, of its mesh or of a node above it; the nearest one counts. */
+ * the extras of a node, of its mesh or of a node above it; the nearest one counts. A word that is
+ * no role is warned of and passed over. A coarser level of detail that says nothing takes the role
+ * of its finest. */
 enum cranny_role {
     CRANNY_ROLE_SOLID,   /* stops rays; gets values of its own */
     CRANNY_ROLE_TREE,    /* each crossing of a ray takes half of what is left */
@@ -110,6 +112,7 @@ enum cranny_role {
     CRANNY_ROLE_GRASS,   /* nothing to rays; one value for the whole of it */
     CRANNY_ROLE_IGNORED, /* nothing to rays or pictures, no values: sky domes, collision hulls */
 };
+#define CRANNY_ROLE_COUNT 5
 
 /* Names of the roles ("solid" …), NULL-terminated. */
 CRANNY_API const char *const *cranny_role_names(void);
@@ -117,7 +120,19 @@ CRANNY_API const char *const *cranny_role_names(void);
 /* A mesh in the world. `world_from_object`: 3 rows of 4, the last column is the translation.
  * Instances that stand for one thing at several levels of detail have one `lod_group`, 1 or more
  * (0: none), and `lod` 0 is the finest of them; what has a `lod` above 0 is nothing to rays or
- * pictures, and its values come from the finest. */
+ * pictures, and its values come from the finest. A group may have several instances at a level
+ * (a node with children), and need not have every level.
+ *
+ * In glTF, levels are
+ * - the `ids` of MSFT_lod on a node: those nodes, with all below them, stand where the node stands
+ *   (under the same parent, by their own transform) and need not be in the scene graph; one that
+ *   is in it stays where it is and is loaded once;
+ * - siblings whose names differ in a final _LOD and a number (_lod, _Lod), perhaps with a Blender
+ *   copy's .001 behind: "Rock_LOD0", "Rock_LOD1"; "Rock" beside "Rock_LOD1" counts as the finest
+ *   when there is no "Rock_LOD0". The lowest number is the finest. Levels by name must stand in
+ *   the same place: those that lie apart (as on a sheet of samples) are warned of and stay single.
+ * Levels within levels join the outer group. What cannot be followed (a node of two groups, a
+ * circle, an index that does not exist, MSFT_lod on a material) is warned of and passed over. */
 struct cranny_instance {
     const char *name;
     uint32_t mesh;
@@ -150,7 +165,7 @@ CRANNY_API uint32_t cranny_scene_texture_count(const struct cranny_scene *scene)
 CRANNY_API uint32_t cranny_scene_color_texture_count(const struct cranny_scene *scene);
 CRANNY_API uint32_t cranny_scene_camera_count(const struct cranny_scene *scene);
 
-/* Triangles and vertices in the world: each mesh counted once per instance. */
+/* Triangles and vertices in the world: each mesh counted once per instance that exists. */
 CRANNY_API uint64_t cranny_scene_triangle_count(const struct cranny_scene *scene);
 CRANNY_API uint64_t cranny_scene_vertex_count(const struct cranny_scene *scene);
 
@@ -162,9 +177,10 @@ struct cranny_role_rule {
 };
 
 /* Give roles by name, over what the file says; of several rules that match, the last one counts.
- * `matched` (rule_count numbers, may be NULL): instances that each rule matched, so that a caller
- * can complain of one that matched none. Not while the scene is used elsewhere. CRANNY_USAGE for a
- * role that does not exist. */
+ * A coarser level is below its finest: it takes the rules that match that, too. `matched`
+ * (rule_count numbers, may be NULL): instances that each rule matched, so that a caller can
+ * complain of one that matched none. Not while the scene is used elsewhere. CRANNY_USAGE for a role
+ * that does not exist. */
 CRANNY_API enum cranny_status cranny_scene_assign_roles(struct cranny_scene *scene,
                                                         const struct cranny_role_rule *rules,
                                                         size_t rule_count, uint32_t *matched,
@@ -184,11 +200,13 @@ cranny_scene_color_texture(const struct cranny_scene *scene, uint32_t index);
 CRANNY_API const struct cranny_camera *cranny_scene_camera(const struct cranny_scene *scene,
                                                            uint32_t index);
 
-/* World-space bounding box of all referenced vertices: min xyz, max xyz. All zero when empty. */
+/* World-space bounding box of all referenced vertices of instances that exist: min xyz, max xyz.
+ * All zero when empty. */
 CRANNY_API void cranny_scene_bounds(const struct cranny_scene *scene, double bounds[6]);
 
 /* Add to a scene made by cranny_scene_create; everything is copied. `index` may be NULL.
- * CRANNY_USAGE on an index out of range, a NaN or an infinity. */
+ * CRANNY_USAGE on an index out of range, a NaN or an infinity, a role that does not exist, a lod
+ * above 0 without a lod_group. */
 CRANNY_API enum cranny_status cranny_scene_add_material(struct cranny_scene *scene,
                                                         const struct cranny_material *material,
                                                         uint32_t *index, struct cranny_error *why);
@@ -210,11 +228,16 @@ CRANNY_API struct cranny_material cranny_material_default(void);
 struct cranny_scene_info {
     const char *format;    /* "glb", "gltf", or assimp's format name; "arrays" */
     const char *generator; /* asset.generator, "" when none */
-    uint64_t meshes, instances, materials, textures, cameras, vertices, triangles;
-    uint64_t unique_vertices, unique_triangles; /* each mesh counted once */
+    uint64_t meshes, instances, materials, textures, cameras; /* all there are */
+    uint64_t vertices, triangles;                             /* in the world */
+    uint64_t unique_vertices, unique_triangles;               /* each mesh counted once */
     uint64_t masked_triangles, blended_triangles, double_sided_triangles; /* in the world */
     uint64_t skipped_primitives;                                          /* points and lines */
     double bounds[6];
+    uint64_t role_instances[CRANNY_ROLE_COUNT]; /* of finest levels, the ignored ones too */
+    uint64_t role_triangles[CRANNY_ROLE_COUNT]; /* in the world */
+    uint64_t lod_groups;                        /* things at several levels of detail */
+    uint64_t lod_instances, lod_vertices, lod_triangles; /* of the levels that are not the finest */
 };
 
 /* Counts everything, from the triangles up: linear in the scene's size. */

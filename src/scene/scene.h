@@ -44,6 +44,8 @@ struct cranny_scene {
     struct cranny_camera *cameras; /* names malloced */
     size_t camera_count, camera_capacity;
     struct document *document; /* owned; NULL for scenes built from arrays */
+    int *node_up; /* of each of its nodes: the parent, or the finest level; -1: none; may be NULL */
+    size_t node_count;
     uint64_t skipped_primitives;
     const char *format; /* static text */
     char *generator;
