@@ -369,30 +369,17 @@ static enum cranny_status open_device(struct build *build, struct cranny_error *
     return CRANNY_OK;
 }
 
-static float lowest_vertex(const struct cranny_scene *scene)
-{
-    double lowest = INFINITY;
-    for (uint32_t i = 0; i < cranny_scene_instance_count(scene); i++) {
-        const struct cranny_instance *instance = cranny_scene_instance(scene, i);
-        const struct cranny_mesh *mesh = cranny_scene_mesh(scene, instance->mesh);
-        const double *y = instance->world_from_object + 4;
-        for (uint32_t t = 0; cranny_instance_exists(instance) && t < mesh->triangle_count; t++)
-            for (int c = 0; c < 3; c++) {
-                const float *p = mesh->positions[mesh->triangles[t][c]];
-                lowest = fmin(lowest, y[0] * p[0] + y[1] * p[1] + y[2] * p[2] + y[3]);
-            }
-    }
-    return isfinite(lowest) ? (float)lowest : 0;
-}
-
 static void set_params(struct cranny_tracer *tracer, const struct cranny_tracer_params *params)
 {
-    tracer->ground = params->ground;
-    tracer->ground_height = params->ground && isnan(params->ground_height)
-                                ? lowest_vertex(tracer->scene)
-                                : params->ground_height;
     tracer->dimming = params->dimming;
     tracer->tree_opacity = params->tree_opacity;
+    tracer->ground = params->ground;
+    tracer->ground_height = params->ground_height;
+    if (!params->ground || !isnan(params->ground_height))
+        return;
+    double bounds[6];
+    cranny_scene_bounds(tracer->scene, bounds);
+    tracer->ground_height = (float)bounds[1];
 }
 
 struct cranny_tracer_params cranny_tracer_params_default(void)
