@@ -94,7 +94,7 @@ bool resample_sphere(const struct resampler *resampler, const double center[3],
             origin[k] = (float)(center[k] + radius * out[k]);
             direction[k] = (float)-out[k];
         }
-        trace_ray(resampler->tracer, origin, direction, id, &distance, &hit);
+        trace_ray(resampler->tracer, origin, direction, (float)(2 * radius), id, &distance, &hit);
         const double weight =
             weigh(resampler, &hit, facing, radius - fabs(radius - (double)distance));
         for (int c = 0; weight > 0 && c < CHANNELS; c++)

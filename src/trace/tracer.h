@@ -97,10 +97,10 @@ void alpha_filter(const struct RTCFilterFunctionNArguments *args);
 enum triangle_class alpha_class(const struct cranny_scene *scene, const struct cranny_mesh *mesh,
                                 uint32_t triangle);
 
-/* The nearest surface along one ray, for one thread; `id` decides the dice of blended surfaces.
- * `hit` may be NULL. (hits.c) */
+/* The nearest surface along one ray, at most `reach` away, for one thread; `id` decides the dice of
+ * blended surfaces. `hit` may be NULL. (hits.c) */
 void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
-               uint32_t id, float *distance, struct cranny_hit *hit);
+               float reach, uint32_t id, float *distance, struct cranny_hit *hit);
 
 /* Whether anything lies on the way that dims a ray. */
 static inline bool tracer_dims(const struct cranny_tracer *tracer)
