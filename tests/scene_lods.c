@@ -125,6 +125,9 @@ static void test_faults(void)
         CHECK_MSG(log_.lines == cases[i].lines && strstr(log_.last, cases[i].said),
                   "case %zu: %d lines, %s", i, log_.lines, log_.last);
         CHECK_INT(named(scene, "a")->lod, 0);
+        /* names above are climbed to an end */
+        const struct cranny_role_rule rule = {"nothing", CRANNY_ROLE_TREE};
+        CHECK_OK(cranny_scene_assign_roles(scene, &rule, 1, NULL, &why), why);
         cranny_scene_destroy(&scene);
     }
 }
@@ -319,6 +322,25 @@ static void check_values(const struct cranny_scene *scene, const char *path, siz
     free(pointers);
 }
 
+/* Without nodes, too, coarser levels go with their finest. */
+static void test_array_rules(void)
+{
+    struct cranny_scene *scene = array_scene();
+    const struct cranny_role_rule rules[] = {{"b", CRANNY_ROLE_IGNORED},
+                                             {"a1", CRANNY_ROLE_GRASS},
+                                             {"a", CRANNY_ROLE_SHRUB},
+                                             {"a2", CRANNY_ROLE_TREE}};
+    uint32_t matched[4];
+    CHECK_OK(cranny_scene_assign_roles(scene, rules, 4, matched, &why), why);
+    for (int i = 0; i < 4; i++)
+        CHECK_INT(matched[i], 1);
+    CHECK_INT(named(scene, "b1")->role, CRANNY_ROLE_IGNORED);
+    CHECK_INT(named(scene, "bb")->role, CRANNY_ROLE_TREE);
+    CHECK_INT(named(scene, "a1")->role, CRANNY_ROLE_SHRUB);
+    CHECK_INT(named(scene, "a2")->role, CRANNY_ROLE_TREE);
+    cranny_scene_destroy(&scene);
+}
+
 static void test_values(void)
 {
     char *folder = scratch_folder();
@@ -368,6 +390,7 @@ int main(void)
     test_apart();
     test_empty_finest();
     test_rules();
+    test_array_rules();
     test_values();
     test_refused();
     return check_end("scene_lods");
