@@ -304,7 +304,7 @@ static void test_boxes(void)
     struct ray_block block;
     aim(origin, target, 2, &block);
     float one[RAY_BLOCK], many[RAY_BLOCK];
-    for (int copies = 1; copies <= 40; copies = copies * 3 + 1) {
+    for (int copies = 1; copies <= 400; copies = copies * 3 + 1) {
         struct cranny_scene *scene = new_scene();
         const uint32_t shrub = shrub_mesh(scene, 60, 0.4f, 5);
         double place[12], low[3], high[3];
