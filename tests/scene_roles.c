@@ -204,6 +204,109 @@ static void test_import(void)
     free(folder);
 }
 
+/* What the doctor says of roles and levels, one finding a line. */
+struct findings {
+    char text[8192];
+    int proposed, unpaired;
+};
+
+static void keep_finding(void *user, enum cranny_severity severity, const char *code,
+                         const char *text)
+{
+    struct findings *findings = user;
+    const size_t used = strlen(findings->text);
+    (void)severity;
+    findings->proposed += !strcmp(code, "role-proposed");
+    findings->unpaired += !strcmp(code, "unpaired-lods");
+    snprintf(findings->text + used, sizeof findings->text - used, "%s\n", text);
+}
+
+/* `count` copies of a triangle of `size` metres on a ground of 100 m. */
+static struct findings examine(const char *mesh, const char *name, int count, double size,
+                               const char *material)
+{
+    struct findings findings = {0};
+    char *rest = malloc(4096 + 160 * (size_t)count), *at = rest;
+    at += sprintf(at,
+                  "'materials':[{'name':'ground'},%s],'meshes':[{'name':'ground','primitives':"
+                  "[{'attributes':{'POSITION':0},'indices':1,'material':0}]},{'name':'%s',"
+                  "'primitives':[{'attributes':{'POSITION':0},'indices':1,'material':1}]}],"
+                  "'nodes':[{'name':'ground','mesh':0,'scale':[100,1,100]},"
+                  "{'name':'ground','mesh':0,'rotation':[0.7071068,0,0,0.7071068],"
+                  "'scale':[100,100,1]}",
+                  material, mesh);
+    for (int i = 0; i < count; i++) {
+        at += sprintf(at, ",{'name':'");
+        at += sprintf(at, name, i);
+        at += sprintf(at, "','mesh':1,'scale':[%g,%g,1],'translation':[%d,0,%d]}", size, size,
+                      i % 10, i / 10);
+    }
+    sprintf(at, "]}");
+    struct cranny_scene *scene = load_quoted(rest, &log_);
+    CHECK_OK(cranny_scene_check(scene, keep_finding, &findings, &why), why);
+    cranny_scene_destroy(&scene);
+    free(rest);
+    return findings;
+}
+
+static void test_proposals(void)
+{
+    static const char plain[] = "{'name':'m'}", mask[] = "{'name':'m','alphaMode':'MASK'}";
+    static const struct {
+        const char *mesh, *name, *material;
+        int count;
+        double size;
+        const char *said; /* NULL: nothing */
+    } cases[] = {
+        {"m", "Shrub_%03d", plain, 20, 1, "--role shrub='Shrub*'"},
+        {"appleTree", "node %d", plain, 5, 6, "--role tree='appleTree'"},
+        {"Fern.004", "", plain, 5, 1, "--role shrub='Fern*'"},
+        {"m", "grass %d", plain, 9, 0.3, "--role grass='grass*'"},
+        {"m", "street_%d", plain, 20, 1, NULL},
+        {"m", "grass %d", plain, 9, 30, NULL}, /* lawns */
+        {"m", "plant_%d", plain, 9, 0.2, "--role grass="},
+        {"m", "plant_%d", plain, 9, 1, "--role shrub="},
+        {"m", "plant_%d", plain, 9, 4, "--role tree="},
+        {"m", "thing_%d", plain, 300, 1, NULL},
+        {"m", "thing_%d", mask, 9, 1, NULL},
+        {"frond", "thing_%d", mask, 30, 1, "--role shrub='frond'"},
+        {"ground", "thing_%d", mask, 30, 1, NULL}, /* the name is the ground's, too */
+        {"m", "quick \\u0027n\\u0027 bush*%d", plain, 5, 1, "--role shrub='quick ?n? bush?*'"},
+        {"m", "SkyBox", plain, 1, 99, "--role ignored='SkyBox'"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const struct findings findings =
+            examine(cases[i].mesh, cases[i].name, cases[i].count, cases[i].size, cases[i].material);
+        CHECK_MSG(findings.proposed == (cases[i].said != NULL) &&
+                      (!cases[i].said || strstr(findings.text, cases[i].said)),
+                  "case %zu: %s", i, findings.text);
+        CHECK_INT(findings.unpaired, 0);
+    }
+    const struct findings findings = examine("m", "a_LOD%d", 1, 1, plain);
+    CHECK_INT(findings.unpaired, 0);
+}
+
+static void test_unpaired(void)
+{
+    struct findings findings = {0};
+    struct cranny_scene *scene = load_quoted(
+        "'meshes':[{" PRIMITIVES "}],'nodes':[{'name':'a_LOD1','mesh':0},{'name':'b_LOD1.001',"
+        "'mesh':0},{'name':'b_LOD2.001','mesh':0},{'name':'c','mesh':0},"
+        "{'name':'c_LOD1','mesh':0}]}",
+        &log_);
+    CHECK_OK(cranny_scene_check(scene, keep_finding, &findings, &why), why);
+    CHECK_INT(findings.unpaired, 1);
+    CHECK_MSG(strstr(findings.text, "2 instances are named") &&
+                  strstr(findings.text, "--role ignored='*_LOD1*'"),
+              "%s", findings.text);
+    const struct cranny_role_rule rule = {"*_LOD1*", CRANNY_ROLE_IGNORED};
+    CHECK_OK(cranny_scene_assign_roles(scene, &rule, 1, NULL, &why), why);
+    findings = (struct findings){0};
+    CHECK_OK(cranny_scene_check(scene, keep_finding, &findings, &why), why);
+    CHECK_INT(findings.unpaired, 0);
+    cranny_scene_destroy(&scene);
+}
+
 static void test_names(void)
 {
     const char *const *names = cranny_role_names();
@@ -226,5 +329,7 @@ int main(void)
     test_hostile_pattern();
     test_deep();
     test_import();
+    test_proposals();
+    test_unpaired();
     return check_end("scene_roles");
 }

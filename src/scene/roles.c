@@ -108,7 +108,7 @@ static bool node_matches(const struct cranny_scene *scene, const json_t *nodes, 
 
 /* Rules at work: what each has matched, and which was the last to match each instance (0: none). */
 struct ruling {
-    struct cranny_scene *scene;
+    const struct cranny_scene *scene;
     const struct cranny_role_rule *rules;
     uint8_t *verdicts;     /* of nodes */
     uint8_t *mesh_matches; /* of meshes */
@@ -117,7 +117,7 @@ struct ruling {
 
 static uint32_t apply_rule(struct ruling *ruling, size_t r)
 {
-    struct cranny_scene *scene = ruling->scene;
+    const struct cranny_scene *scene = ruling->scene;
     const char *pattern = ruling->rules[r].pattern;
     const json_t *nodes = scene->document ? document_array(scene->document, "nodes") : NULL;
     uint32_t count = 0;
@@ -172,6 +172,39 @@ static void levels_follow(struct ruling *ruling, struct by_group *groups)
     }
 }
 
+/* `rules` are kept. False: out of memory; close it all the same. */
+static bool ruling_open(struct ruling *ruling, const struct cranny_scene *scene,
+                        const struct cranny_role_rule *rules)
+{
+    *ruling = (struct ruling){.scene = scene,
+                              .rules = rules,
+                              .verdicts = alloc_array(scene->node_count, 1),
+                              .mesh_matches = alloc_array(scene->mesh_count, 1),
+                              .last = alloc_array(scene->instance_count, sizeof *ruling->last)};
+    return ruling->verdicts && ruling->mesh_matches && ruling->last;
+}
+
+static void ruling_close(struct ruling *ruling)
+{
+    free(ruling->verdicts);
+    free(ruling->mesh_matches);
+    free(ruling->last);
+}
+
+bool roles_count(const struct cranny_scene *scene, const char *pattern, uint32_t *count)
+{
+    const struct cranny_role_rule rule = {pattern, CRANNY_ROLE_SOLID};
+    struct ruling ruling;
+    const bool good = ruling_open(&ruling, scene, &rule);
+    *count = 0;
+    if (good)
+        apply_rule(&ruling, 0);
+    for (size_t i = 0; good && i < scene->instance_count; i++)
+        *count += ruling.last[i] && cranny_instance_exists(&scene->instances[i].view);
+    ruling_close(&ruling);
+    return good;
+}
+
 enum cranny_status cranny_scene_assign_roles(struct cranny_scene *scene,
                                              const struct cranny_role_rule *rules,
                                              size_t rule_count, uint32_t *matched,
@@ -181,13 +214,10 @@ enum cranny_status cranny_scene_assign_roles(struct cranny_scene *scene,
         if ((unsigned)rules[r].role >= CRANNY_ROLE_COUNT)
             return fail(why, CRANNY_USAGE, "role rule '%s': role %d does not exist",
                         rules[r].pattern, (int)rules[r].role);
-    struct ruling ruling = {.scene = scene,
-                            .rules = rules,
-                            .verdicts = alloc_array(scene->node_count, 1),
-                            .mesh_matches = alloc_array(scene->mesh_count, 1),
-                            .last = alloc_array(scene->instance_count, sizeof *ruling.last)};
+    struct ruling ruling;
+    const bool opened = ruling_open(&ruling, scene, rules);
     struct by_group *groups = alloc_array(scene->instance_count, sizeof *groups);
-    const bool good = ruling.verdicts && ruling.mesh_matches && ruling.last && groups;
+    const bool good = opened && groups;
     for (size_t r = 0; good && r < rule_count; r++) {
         const uint32_t count = apply_rule(&ruling, r);
         if (matched)
@@ -199,8 +229,6 @@ enum cranny_status cranny_scene_assign_roles(struct cranny_scene *scene,
         if (ruling.last[i])
             scene->instances[i].view.role = rules[ruling.last[i] - 1].role;
     free(groups);
-    free(ruling.verdicts);
-    free(ruling.mesh_matches);
-    free(ruling.last);
+    ruling_close(&ruling);
     return good ? CRANNY_OK : fail_memory(why, "roles");
 }

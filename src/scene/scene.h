@@ -57,6 +57,9 @@ enum cranny_status scene_take_mesh(struct cranny_scene *scene, const struct mesh
                                    struct cranny_error *why);
 void mesh_free(struct mesh *mesh);
 
+/* Instances that exist and that a role rule with this pattern matches. False: out of memory. */
+bool roles_count(const struct cranny_scene *scene, const char *pattern, uint32_t *count);
+
 /* Per-vertex values to write into a scene's file: for every instance, a float per vertex of its
  * mesh. Instances of one mesh that give the same pointer share one set in the file. */
 struct scene_values {
