@@ -145,14 +145,14 @@ static float density_for(double open, const struct chord *chords, float size)
     return 0.5f * (low + high);
 }
 
-static void measure_density(struct build *build, uint32_t mesh, struct mesh_box *box)
+/* False: out of memory. */
+static bool measure_density(struct build *build, uint32_t mesh, struct mesh_box *box)
 {
     struct chord *chords = alloc_array(CHORDS, sizeof *chords);
     RTCScene scene = chords ? rtcNewScene(build->tracer->device) : NULL;
     if (!scene) {
         free(chords);
-        box->wanted = false;
-        return;
+        return false;
     }
     for (uint32_t i = 0; i < CHORDS; i++)
         chords[i] = box_chord(box, i);
@@ -162,6 +162,7 @@ static void measure_density(struct build *build, uint32_t mesh, struct mesh_box 
     box->density = density_for(open_share(scene, chords), chords, size);
     rtcReleaseScene(scene);
     free(chords);
+    return true;
 }
 
 static enum cranny_status find_boxes(struct build *build, struct mesh_box *boxes,
@@ -175,15 +176,19 @@ static enum cranny_status find_boxes(struct build *build, struct mesh_box *boxes
             box->wanted = true;
             box->instance = i;
         }
+    atomic_bool failed = false;
 #pragma omp parallel for schedule(dynamic) num_threads(build->threads)
     for (uint32_t m = 0; m < mesh_count; m++) {
         if (!boxes[m].wanted)
             continue;
         boxes[m].wanted = find_box(tracer->scene, cranny_scene_mesh(tracer->scene, m), &boxes[m]);
-        if (boxes[m].wanted)
-            measure_density(build, m, &boxes[m]);
+        if (boxes[m].wanted && !measure_density(build, m, &boxes[m]))
+            atomic_store(&failed, true);
     }
-    return build_status(build, why);
+    const enum cranny_status status = build_status(build, why);
+    if (status == CRANNY_OK && atomic_load(&failed))
+        return fail_memory(why, "acceleration structure");
+    return status;
 }
 
 /* From the cube to the world: columns are half the sides, the last one the centre. */
