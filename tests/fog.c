@@ -422,7 +422,7 @@ static void test_density(void)
             float values[2][RAY_BLOCK] = {{1}, {1}}, distance;
             ray_block_dim(fog, CRANNY_PACKET_1, CRANNY_KERNEL_HARD, (float[2]){1e9f, 1e9f}, origin,
                           &block, 1, values);
-            trace_ray(leaves, origin, d, i, &distance, NULL);
+            trace_ray(leaves, origin, d, INFINITY, i, &distance, NULL);
             rest += (double)values[0][0];
             open += isinf(distance);
             lines++;
