@@ -208,7 +208,7 @@ static double any_hit_point(const struct bench *b, const struct directions *d,
 static double any_hit(struct bench *b, int rays, double *rate)
 {
     struct directions d;
-    if (!directions_create(&d, CRANNY_SAMPLER_SPIRAL, rays, rays, 1))
+    if (!directions_create(&d, CRANNY_SAMPLER_SPIRAL, false, rays, rays, 1))
         exit(1);
     const double start = busy_seconds();
     double sum = 0;

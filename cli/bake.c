@@ -1,36 +1,13 @@
+#include "bake.h"
+
 #include "commands.h"
 #include "paths.h"
 
 #include <inttypes.h>
 #include <limits.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/resource.h>
 #include <unistd.h>
-
-struct bake_options {
-    const char *output;
-    int to;
-    bool raw, replace;
-    const char *ground; /* NULL: not given; "": at the lowest vertex */
-    const char *preview;
-    int preview_size[2];
-    int preview_camera;
-};
-
-struct job {
-    struct ui ui;
-    struct load_options load;
-    struct bake_options options;
-    struct cranny_bake_params params;
-    const char *input;
-    char *output; /* owned */
-    struct cranny_scene *scene;
-    struct cranny_bake *bake;
-    struct cranny_bake_report report;
-    double load_s, write_s, preview_s, total_s;
-};
 
 static const char *const output_names[] = {"occlusion", "color", "attribute", NULL};
 
@@ -57,6 +34,17 @@ static const struct option bake_rows[] = {
      .type = OPTION_FLAG,
      .offset = offsetof(struct bake_options, replace),
      .help = "with --to occlusion: displace occlusion textures that are already there"},
+    {.name = "expand",
+     .type = OPTION_FLAG,
+     .offset = offsetof(struct bake_options, expand),
+     .help = "give linear instances, shrubs and grass copies of their mesh with final values, for "
+             "viewers that do not multiply by the coefficients beside it"},
+    {.name = "report",
+     .type = OPTION_TEXT,
+     .offset = offsetof(struct bake_options, report),
+     .value = "OUT.html",
+     .help = "also write a page: seconds and bytes per stage, and for each mesh what was buried, "
+             "how well its vertices hold the signal, and what would mend it"},
     {.name = "ground",
      .type = OPTION_OPTIONAL,
      .offset = offsetof(struct bake_options, ground),
@@ -96,47 +84,8 @@ static const char examples[] =
     "  cranny bake map.gltf --to attribute --raw        both distances, for your own shader\n"
     "  cranny bake part.glb --distance-long 0.3 --distance-short 0.002      a small thing\n"
     "  cranny bake level.glb --json | jq .seconds\n"
+    "  cranny bake level.glb --role tree='Tree_*' --role shrub='Bush*' --report level.html\n"
     "  cranny bake a.glb --json | jq .parameters > p.json; cranny bake b.glb --preset p.json\n";
-
-static uint64_t peak_bytes(void)
-{
-    struct rusage usage;
-    return getrusage(RUSAGE_SELF, &usage) == 0 ? (uint64_t)usage.ru_maxrss * 1024 : 0;
-}
-
-static json_t *seconds_json(const struct job *job)
-{
-    const struct cranny_bake_report *r = &job->report;
-    return json_pack("{so so so so so so so so}", "load", json_number(job->load_s), "bvh",
-                     json_number(r->seconds_bvh), "sample", json_number(r->seconds_sample), "trace",
-                     json_number(r->seconds_trace), "solve", json_number(r->seconds_solve), "write",
-                     json_number(job->write_s), "preview", json_number(job->preview_s), "total",
-                     json_number(job->total_s));
-}
-
-static json_t *result_json(const struct job *job)
-{
-    const struct cranny_bake_report *r = &job->report;
-    json_t *object = json_pack(
-        "{so so sI sI sI sI sI sI sI sI sI so so so so so}", "input", json_text(job->input),
-        "output", json_text(job->output), "meshes", (json_int_t)r->meshes, "instances",
-        (json_int_t)r->instances, "vertices", (json_int_t)r->vertices, "triangles",
-        (json_int_t)r->triangles, "samples", (json_int_t)r->samples, "invalid_samples",
-        (json_int_t)r->invalid_samples, "rays", (json_int_t)r->rays, "unsampled_vertices",
-        (json_int_t)r->unsampled_vertices, "lost_components", (json_int_t)r->lost_components,
-        "mrays_per_s", json_number(r->mrays_per_s), "fit_rms", json_number(r->fit_rms),
-        "mean_visibility", json_number(r->mean_visibility), "solver_iterations",
-        json_number(r->solver_iterations_max), "seconds", seconds_json(job));
-    json_object_set_new(object, "bytes",
-                        json_pack("{sI sI sI sI}", "bvh", (json_int_t)r->bytes_bvh, "samples",
-                                  (json_int_t)r->bytes_samples, "solve", (json_int_t)r->bytes_solve,
-                                  "peak", (json_int_t)peak_bytes()));
-    json_object_set_new(object, "to", json_string(output_names[job->options.to]));
-    json_object_set_new(object, "parameters",
-                        json_parameters(cranny_bake_param_table(), &job->params));
-    json_object_set_new(object, "warnings", json_warnings(&job->ui));
-    return object;
-}
 
 static void print_result(const struct job *job)
 {
@@ -149,13 +98,14 @@ static void print_result(const struct job *job)
     if (!job->ui.verbose)
         return;
     fprintf(stderr,
-            "cranny: seconds: load %.3f, bvh %.3f, sample %.3f, trace %.3f, solve %.3f, write "
-            "%.3f\n"
+            "cranny: seconds: load %.3f, bvh %.3f, sample %.3f, trace %.3f, solve %.3f, instances "
+            "%.3f, levels %.3f, write %.3f\n"
             "cranny: %" PRIu64 " buried samples dropped; fit rms %.4f; %" PRIu64
             " vertices extrapolated; peak %.0f MiB\n",
             job->load_s, r->seconds_bvh, r->seconds_sample, r->seconds_trace, r->seconds_solve,
-            job->write_s, r->invalid_samples, r->fit_rms, r->unsampled_vertices,
-            (double)peak_bytes() / 1048576);
+            r->seconds_local + r->seconds_volume + r->seconds_linear + r->seconds_scalar,
+            r->seconds_resample + r->seconds_lod, job->write_s, r->invalid_samples, r->fit_rms,
+            r->unsampled_vertices, (double)bake_peak_bytes() / 1048576);
 }
 
 static enum cranny_status apply_ground(struct job *job, struct cranny_error *why)
@@ -183,7 +133,8 @@ static const char *scene_ending(const char *input)
 /* What can be refused before anything is read. */
 static enum cranny_status check_options(struct job *job, struct cranny_error *why)
 {
-    static const char *const scenes[] = {".glb", ".gltf", NULL}, *const pictures[] = {".png", NULL};
+    static const char *const scenes[] = {".glb", ".gltf", NULL}, *const pictures[] = {".png", NULL},
+                             *const pages[] = {".html", NULL};
     const struct bake_options *options = &job->options;
     if (options->raw && options->to != CRANNY_OUTPUT_ATTRIBUTE)
         return refuse(why, CRANNY_USAGE, "--raw goes with --to attribute only");
@@ -199,6 +150,8 @@ static enum cranny_status check_options(struct job *job, struct cranny_error *wh
     status = path_check_extension(job->output, scenes, "-o", why);
     if (status == CRANNY_OK && options->preview)
         status = path_check_extension(options->preview, pictures, "--preview", why);
+    if (status == CRANNY_OK && options->report)
+        status = path_check_extension(options->report, pages, "--report", why);
     return status;
 }
 
@@ -210,6 +163,8 @@ static enum cranny_status check_outputs(const struct job *job, struct cranny_err
     enum cranny_status status = path_check_output(job->output, why);
     if (status == CRANNY_OK && job->options.preview)
         status = path_check_output(job->options.preview, why);
+    if (status == CRANNY_OK && job->options.report)
+        status = path_check_output(job->options.report, why);
     return status;
 }
 
@@ -235,6 +190,7 @@ static enum cranny_status write_scene(struct job *job, struct cranny_error *why)
     save.to = (enum cranny_output)job->options.to;
     save.raw = job->options.raw;
     save.replace = job->options.replace;
+    save.expand = job->options.expand;
     save.hooks = &job->ui.hooks;
     double begin_s = clock_s();
     enum cranny_status status = cranny_scene_save(job->scene, job->bake, job->output, &save, why);
@@ -292,6 +248,8 @@ static enum cranny_status run(struct job *job, struct cranny_error *why)
         status = write_preview(job, why);
     job->preview_s = clock_s() - preview_s;
     job->total_s = clock_s() - begin_s;
+    if (status == CRANNY_OK && job->options.report)
+        status = bake_write_report(job, why);
     return status;
 }
 
@@ -301,7 +259,7 @@ static int finish(struct job *job, enum cranny_status status, const struct crann
         return ui_fail(&job->ui, why);
     ui_erase(&job->ui);
     if (job->ui.json)
-        return ui_print_json(&job->ui, result_json(job));
+        return ui_print_json(&job->ui, bake_json(job, output_names[job->options.to]));
     if (!job->ui.quiet)
         print_result(job);
     return ui_finish_output(&job->ui);

@@ -18,7 +18,8 @@ struct load_options {
     bool allow_outside;
     int scene;
     uint64_t memory_limit_bytes;
-    bool colors; /* no option: for commands that show base colour textures */
+    struct option_list roles; /* ROLE=PATTERN */
+    bool colors;              /* no option: for commands that show base colour textures */
 };
 extern const struct option_group load_options;
 struct load_options load_options_default(void);

@@ -2,6 +2,7 @@
 
 #include <limits.h>
 #include <stdio.h>
+#include <string.h>
 #include <unistd.h>
 
 static const struct option load_rows[] = {
@@ -22,6 +23,13 @@ static const struct option load_rows[] = {
      .value = "SIZE",
      .help = "refuse a scene whose decoded geometry and images need more, as in 800M or 8G "
              "(default: three quarters of the machine's memory)"},
+    {.name = "role",
+     .type = OPTION_LIST,
+     .offset = offsetof(struct load_options, roles),
+     .value = "ROLE=PATTERN",
+     .help = "make everything whose name, or a name above it, matches PATTERN (* and ?, in "
+             "quotes) a tree, shrub, grass, solid or ignored; may be given again, the last one "
+             "that matches counts"},
 };
 
 const struct option_group load_options = {"Reading", load_rows,
@@ -41,20 +49,58 @@ struct load_options load_options_default(void)
     };
 }
 
+/* The rule that one --role states. */
+static enum cranny_status parse_rule(const char *text, struct cranny_role_rule *rule,
+                                     struct cranny_error *why)
+{
+    const char *const *names = cranny_role_names(), *equals = strchr(text, '=');
+    const size_t length = equals ? (size_t)(equals - text) : 0;
+    for (int role = 0; length && names[role]; role++)
+        if (strlen(names[role]) == length && strncmp(names[role], text, length) == 0 && equals[1]) {
+            *rule = (struct cranny_role_rule){equals + 1, (enum cranny_role)role};
+            return CRANNY_OK;
+        }
+    return refuse(why, CRANNY_USAGE,
+                  "--role: '%.200s' is not ROLE=PATTERN with one of solid, tree, shrub, grass, "
+                  "ignored; as in tree='Tree_*'",
+                  text);
+}
+
+static enum cranny_status assign_roles(struct ui *ui, const struct cranny_role_rule *rules,
+                                       size_t count, struct cranny_scene *scene,
+                                       struct cranny_error *why)
+{
+    uint32_t matched[OPTION_LIST_LIMIT];
+    enum cranny_status status = cranny_scene_assign_roles(scene, rules, count, matched, why);
+    for (size_t i = 0; status == CRANNY_OK && i < count; i++)
+        if (!matched[i])
+            ui_warn(ui, "--role: nothing in the scene has a name that matches '%.200s'",
+                    rules[i].pattern);
+    return status;
+}
+
 enum cranny_status load_scene(struct ui *ui, const char *path, const struct load_options *options,
                               struct cranny_scene **scene, struct cranny_error *why)
 {
     struct cranny_scene_load_params params = cranny_scene_load_params_default();
+    struct cranny_role_rule rules[OPTION_LIST_LIMIT];
+    enum cranny_status status = CRANNY_OK;
+    *scene = NULL;
     params.allow_outside = options->allow_outside;
     params.scene = options->scene;
     params.memory_limit_bytes = options->memory_limit_bytes;
     params.colors = options->colors;
     params.hooks = &ui->hooks;
-    enum cranny_status status = cranny_scene_load(path, &params, scene, why);
-    if (status == CRANNY_OK && ui_interrupted()) {
+    for (size_t i = 0; status == CRANNY_OK && i < options->roles.count; i++)
+        status = parse_rule(options->roles.items[i].text, &rules[i], why);
+    if (status == CRANNY_OK)
+        status = cranny_scene_load(path, &params, scene, why);
+    if (status == CRANNY_OK && options->roles.count)
+        status = assign_roles(ui, rules, options->roles.count, *scene, why);
+    if (status == CRANNY_OK && ui_interrupted())
+        status = refuse(why, CRANNY_CANCELLED, "interrupted");
+    if (status != CRANNY_OK)
         cranny_scene_destroy(scene);
-        return refuse(why, CRANNY_CANCELLED, "interrupted");
-    }
     return status;
 }
 

@@ -3,6 +3,17 @@
 #include <inttypes.h>
 #include <math.h>
 
+static json_t *roles_json(const struct cranny_scene_info *info)
+{
+    json_t *roles = json_object();
+    for (int role = 0; role < CRANNY_ROLE_COUNT; role++)
+        json_object_set_new(roles, cranny_role_names()[role],
+                            json_pack("{sI sI}", "instances",
+                                      (json_int_t)info->role_instances[role], "triangles",
+                                      (json_int_t)info->role_triangles[role]));
+    return roles;
+}
+
 static json_t *info_json(const char *path, const struct cranny_scene *scene,
                          const struct cranny_scene_info *info, const struct ui *ui)
 {
@@ -21,6 +32,12 @@ static json_t *info_json(const char *path, const struct cranny_scene *scene,
         "blended_triangles", (json_int_t)info->blended_triangles, "double_sided_triangles",
         (json_int_t)info->double_sided_triangles, "skipped_primitives",
         (json_int_t)info->skipped_primitives);
+    json_object_set_new(object, "roles", roles_json(info));
+    json_object_set_new(object, "lods",
+                        json_pack("{sI sI sI sI}", "groups", (json_int_t)info->lod_groups,
+                                  "instances", (json_int_t)info->lod_instances, "vertices",
+                                  (json_int_t)info->lod_vertices, "triangles",
+                                  (json_int_t)info->lod_triangles));
     json_object_set_new(object, "camera_names", cameras);
     json_object_set_new(
         object, "bounds",
@@ -36,6 +53,21 @@ static void print_camera(const struct cranny_camera *camera, uint32_t index)
         printf("orthographic, %.4g m high\n", 2 * (double)camera->half_height);
     else
         printf("perspective, %.3g degrees high\n", (double)camera->fov_y * 180 / 3.14159265358979);
+}
+
+/* Nothing when all there is is solid. */
+static void print_roles(const struct cranny_scene_info *info)
+{
+    for (int role = CRANNY_ROLE_TREE; role < CRANNY_ROLE_COUNT; role++)
+        if (info->role_instances[role])
+            printf("  role %-8s%" PRIu64 " instances, %" PRIu64 " triangles\n",
+                   cranny_role_names()[role], info->role_instances[role],
+                   info->role_triangles[role]);
+    if (info->lod_groups)
+        printf("  levels       %" PRIu64 " things have %" PRIu64
+               " instances at coarser levels of detail: %" PRIu64 " vertices, %" PRIu64
+               " triangles\n",
+               info->lod_groups, info->lod_instances, info->lod_vertices, info->lod_triangles);
 }
 
 static void print_info(const char *path, const struct cranny_scene *scene,
@@ -56,6 +88,7 @@ static void print_info(const char *path, const struct cranny_scene *scene,
            " blended, %" PRIu64 " double-sided\n",
            info->materials, info->masked_triangles, info->blended_triangles,
            info->double_sided_triangles);
+    print_roles(info);
     if (info->skipped_primitives)
         printf("  skipped      %" PRIu64 " primitives of points or lines\n",
                info->skipped_primitives);

@@ -83,19 +83,27 @@ static void check_same_bits(void)
 static void check_names(const struct cranny_scene *scene)
 {
     bool tree = false, shrub = false, lod = false, mirrored = false;
+    int wrong = 0;
     for (uint32_t i = 0; i < cranny_scene_instance_count(scene); i++) {
         const struct cranny_instance *instance = cranny_scene_instance(scene, i);
         const double *m = instance->world_from_object;
         tree = tree || strncmp(instance->name, "Tree_", 5) == 0;
         shrub = shrub || strncmp(instance->name, "Shrub_", 6) == 0;
-        lod = lod || strstr(instance->name, "_LOD");
+        const bool coarser = strstr(instance->name, "_LOD") != NULL;
+        const enum cranny_role role =
+            strncmp(instance->name, "Tree_", 5) == 0    ? CRANNY_ROLE_TREE
+            : strncmp(instance->name, "Shrub_", 6) == 0 ? CRANNY_ROLE_SHRUB
+            : strncmp(instance->name, "Grass_", 6) == 0 ? CRANNY_ROLE_GRASS
+                                                        : CRANNY_ROLE_SOLID;
+        lod = lod || coarser;
+        wrong += coarser != (instance->lod > 0) || role != instance->role;
         mirrored = mirrored || m[0] * (m[5] * m[10] - m[6] * m[9]) -
                                        m[1] * (m[4] * m[10] - m[6] * m[8]) +
                                        m[2] * (m[4] * m[9] - m[5] * m[8]) <
                                    0;
     }
-    CHECK(tree && shrub && mirrored);
-    CHECK(!lod);
+    CHECK(tree && shrub && mirrored && lod);
+    CHECK_INT(wrong, 0);
 }
 
 /* Everything stands on the terrain's block and nothing is lost: bounds as designed. */
@@ -112,6 +120,14 @@ static void check_scene(const char *path, json_t *stated)
     CHECK_INT(info.vertices, number(stated, "vertices"));
     CHECK_INT(info.unique_triangles, number(stated, "unique_triangles"));
     CHECK_INT(info.unique_vertices, number(stated, "unique_vertices"));
+    CHECK_INT(info.lod_triangles, number(stated, "lod_triangles"));
+    CHECK_INT(info.lod_vertices, number(stated, "lod_vertices"));
+    CHECK_INT(info.role_instances[CRANNY_ROLE_TREE], number(stated, "trees"));
+    CHECK_INT(info.role_instances[CRANNY_ROLE_SHRUB], number(stated, "shrubs"));
+    CHECK_INT(info.role_instances[CRANNY_ROLE_GRASS], number(stated, "grass_clumps"));
+    CHECK_INT(info.role_triangles[CRANNY_ROLE_SOLID], number(stated, "solid_triangles"));
+    CHECK(info.lod_triangles * 5 > info.role_triangles[CRANNY_ROLE_SOLID]);
+    CHECK(info.lod_triangles * 2 < info.role_triangles[CRANNY_ROLE_SOLID] * 3);
     CHECK_INT(info.cameras, number(stated, "cameras"));
     CHECK(info.masked_triangles > 0 && info.masked_triangles < info.triangles);
     CHECK_INT(info.double_sided_triangles, info.masked_triangles);
@@ -123,9 +139,26 @@ static void check_scene(const char *path, json_t *stated)
     cranny_scene_destroy(&scene);
 }
 
+static void check_about(json_t *stated, const char *key, double expected, double share)
+{
+    const double actual = (double)number(stated, key);
+    CHECK_MSG(fabs(actual / expected - 1) <= share, "%s: %g, expected %g", key, actual, expected);
+}
+
+/* The 2013 paper's level (Table 1). */
+static void check_paper(json_t *stated)
+{
+    check_about(stated, "solid_vertices", 1.5e6, 0.1);
+    check_about(stated, "solid_triangles", 1.8e6, 0.15);
+    check_about(stated, "lod_vertices", 0.65e6, 0.15);
+    check_about(stated, "lod_triangles", 0.8e6, 0.15);
+    check_about(stated, "shrubs", 7856, 0);
+    check_about(stated, "tree_models", 46, 0);
+}
+
 static void check_scales(void)
 {
-    static const char *const scales[] = {"0.01", "0.3", "1", "60"};
+    static const char *const scales[] = {"0.01", "0.3", "1", "16.5", "60"};
     json_int_t last = 0;
     char path[256];
     in_folder("scale.glb", path);
@@ -142,6 +175,8 @@ static void check_scales(void)
             CHECK_MSG(triangles > 150000 && triangles < 320000, "%lld", (long long)triangles);
             CHECK(number(stated, "trees") >= 200 && number(stated, "shrubs") >= 1500);
         }
+        if (i == 3)
+            check_paper(stated);
         json_decref(stated);
     }
     CHECK_MSG(last > 10000000, "%lld", (long long)last);

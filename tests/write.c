@@ -59,7 +59,9 @@ static struct synthetic make_values(const struct cranny_scene *scene, bool split
         }
         made.pointers[i] = follows ? made.pointers[i - 1] : *array;
     }
-    made.values = (struct scene_values){made.pointers, made.pointers, made.pointers};
+    made.values = (struct scene_values){.visibility = made.pointers,
+                                        .raw_long = made.pointers,
+                                        .raw_short = made.pointers};
     return made;
 }
 
@@ -301,7 +303,8 @@ static void test_arrays(void)
     CHECK_OK(cranny_scene_add_material(scene, &masked, NULL, &why), why);
     struct cranny_mesh mesh = {"quad", 4, 3, positions, NULL, texcoords, triangles, materials};
     CHECK_OK(cranny_scene_add_mesh(scene, &mesh, NULL, &why), why);
-    struct cranny_instance instance = {"i", 0, {1, 0, 0, 5, 0, 2, 0, 0, 0, 0, 1, 0}};
+    struct cranny_instance instance = {.name = "i",
+                                       .world_from_object = {1, 0, 0, 5, 0, 2, 0, 0, 0, 0, 1, 0}};
     CHECK_OK(cranny_scene_add_instance(scene, &instance, NULL, &why), why);
     CHECK_OK(cranny_scene_add_instance(scene, &instance, NULL, &why), why);
     struct document *result = bake(scene, true, cranny_save_params_default(), "arrays.glb");

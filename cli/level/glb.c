@@ -204,7 +204,39 @@ static json_t *images(struct writer *w)
     return list;
 }
 
-static json_t *node_json(const struct node *n)
+static json_t *add_vectors(struct writer *w, const void *data, size_t count, int components)
+{
+    const size_t view = add_view(w, data, count * (size_t)components * sizeof(float), 0);
+    add_accessor(w, view, 5126, count, components == 4 ? "VEC4" : "VEC3");
+    return last_accessor(w);
+}
+
+static json_t *scatter_json(struct writer *w, const struct scatter *s)
+{
+    json_t *translation = add_vectors(w, s->translations, s->count, 3);
+    json_t *rotation = add_vectors(w, s->rotations, s->count, 4);
+    json_t *size = add_vectors(w, s->scales, s->count, 3);
+    return json_pack("{s:{s:o, s:o, s:o}}", "attributes", "TRANSLATION", translation, "ROTATION",
+                     rotation, "SCALE", size);
+}
+
+/* The simpler levels, each to be shown below half the former's share of the screen. */
+static void add_levels(const struct world *world, const struct node *n, json_t *extensions,
+                       json_t *extras)
+{
+    json_t *ids = json_array(), *coverage = json_array();
+    double share = 0.2;
+    for (int lod = n->lod; lod >= 0; lod = world->nodes[lod].lod) {
+        json_array_append_new(ids, json_integer(lod));
+        json_array_append_new(coverage, json_real(share));
+        share /= 4;
+    }
+    json_array_append_new(coverage, json_real(0.001));
+    json_object_set_new(extensions, "MSFT_lod", json_pack("{s:o}", "ids", ids));
+    json_object_set_new(extras, "MSFT_screencoverage", coverage);
+}
+
+static json_t *node_json(struct writer *w, const struct node *n)
 {
     json_t *json = json_pack("{s:s}", "name", n->name);
     if (n->mesh >= 0)
@@ -216,12 +248,19 @@ static json_t *node_json(const struct node *n)
         json_object_set_new(json, "rotation", json_pack("[f,f,f,f]", r[0], r[1], r[2], r[3]));
     if (s[0] != 1 || s[1] != 1 || s[2] != 1)
         json_object_set_new(json, "scale", json_pack("[f,f,f]", s[0], s[1], s[2]));
-    if (n->lod >= 0) {
-        json_object_set_new(json, "extensions",
-                            json_pack("{s:{s:[i]}}", "MSFT_lod", "ids", n->lod));
-        json_object_set_new(json, "extras",
-                            json_pack("{s:[f,f]}", "MSFT_screencoverage", 0.2, 0.01));
-    }
+    json_t *extensions = json_object(), *extras = json_object();
+    if (n->lod >= 0 && !n->hidden)
+        add_levels(w->world, n, extensions, extras);
+    if (n->scatter.count)
+        json_object_set_new(extensions, "EXT_mesh_gpu_instancing", scatter_json(w, &n->scatter));
+    if (n->role)
+        json_object_set_new(extras, "cranny_role", json_string(n->role));
+    if (json_object_size(extensions))
+        json_object_set(json, "extensions", extensions);
+    if (json_object_size(extras))
+        json_object_set(json, "extras", extras);
+    json_decref(extensions);
+    json_decref(extras);
     return json;
 }
 
@@ -236,12 +275,13 @@ static json_t *camera_node(const struct view *view, int camera)
                      sy * cp, -sy * sp, cy * cp);
 }
 
-static void add_nodes(const struct world *world, json_t *root)
+static void add_nodes(struct writer *w, json_t *root)
 {
+    const struct world *world = w->world;
     json_t *nodes = json_array(), *roots = json_array(), *cameras = json_array();
     for (size_t i = 0; i < world->node_count; i++) {
         const struct node *n = &world->nodes[i];
-        json_array_append_new(nodes, node_json(n));
+        json_array_append_new(nodes, node_json(w, n));
         if (n->hidden)
             continue;
         json_t *parent = n->parent < 0 ? NULL : json_array_get(nodes, (size_t)n->parent);
@@ -269,9 +309,10 @@ static void add_nodes(const struct world *world, json_t *root)
 
 static json_t *document(struct writer *w)
 {
-    json_t *root = json_pack("{s:{s:s, s:s}, s:i, s:[s]}", "asset", "version", "2.0", "generator",
-                             "cranny-level", "scene", 0, "extensionsUsed", "MSFT_lod");
-    add_nodes(w->world, root);
+    json_t *root = json_pack("{s:{s:s, s:s}, s:i, s:[s, s]}", "asset", "version", "2.0",
+                             "generator", "cranny-level", "scene", 0, "extensionsUsed",
+                             "EXT_mesh_gpu_instancing", "MSFT_lod");
+    add_nodes(w, root);
     json_object_set_new(root, "materials", materials());
     json_t *textures = json_array();
     for (int i = 0; i < TEXTURE_COUNT; i++)

@@ -364,22 +364,19 @@ static void simple_mesh(struct builder *b, const struct house *h)
     }
 }
 
-static void add_lod(struct world *world, const struct house *h, int number, int node)
+/* Without frames, shutters, timber and rafters, then without rooms. */
+static void add_levels(struct world *world, const struct house *h, int node)
 {
     struct mesh mesh = {0};
-    struct builder b = builder_at(&mesh, 100);
+    struct house plain = *h;
+    struct builder b = builder_at(&mesh, 1.2 * world->edge);
+    plain.fine = false;
+    house_mesh(&b, &plain);
+    world_add_level(world, node, &mesh);
+    mesh = (struct mesh){0};
+    b = builder_at(&mesh, 100);
     simple_mesh(&b, h);
-    int index = world_add_mesh(world, &mesh);
-    int lod = world_add_node(world, "House_%d_LOD1", number, index, -1, vec(0, 0, 0), 0);
-    if (lod < 0 || node < 0)
-        return;
-    struct node *full = &world->nodes[node], *simple = &world->nodes[lod];
-    for (int i = 0; i < 3; i++)
-        simple->translation[i] = full->translation[i];
-    for (int i = 0; i < 4; i++)
-        simple->rotation[i] = full->rotation[i];
-    simple->hidden = true;
-    full->lod = lod;
+    world_add_level(world, node, &mesh);
 }
 
 static void furnish(struct world *world, const struct furniture *f, const struct house *h,
@@ -420,7 +417,7 @@ void houses_build(struct world *world)
         int node = world_add_node(world, "House_%d", i, index, group,
                                   site_point(&world->terrain, i, vec(0, 0.22, 0)),
                                   world->terrain.sites[i].angle);
-        add_lod(world, &h, i, node);
+        add_levels(world, &h, node);
         furnish(world, &furniture, &h, i, node);
     }
 }

@@ -3,10 +3,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#define OAKS 2
-#define PINES 2
-#define BIRCHES 2
 #define SHRUBS 3
+enum { MODEL_LIMIT = 64 }; /* of a species */
+enum { OAK, PINE, BIRCH, SPECIES };
 
 static struct vec in_ball(uint32_t seed, uint32_t id)
 {
@@ -33,12 +32,22 @@ static void leaves(const struct world *world, struct builder *b, struct vec cent
     }
 }
 
+/* Oak_A to Oak_Z, then Oak_A1. */
+static void name_model(struct mesh *mesh, const char *species, uint32_t model)
+{
+    if (model < 26)
+        snprintf(mesh->name, sizeof mesh->name, "%s_%c", species, (int)('A' + model));
+    else
+        snprintf(mesh->name, sizeof mesh->name, "%s_%c%u", species, (int)('A' + model % 26),
+                 model / 26);
+}
+
 static int oak(struct world *world, uint32_t model)
 {
     struct mesh mesh = {0};
-    snprintf(mesh.name, sizeof mesh.name, "Oak_%c", (int)('A' + model));
+    name_model(&mesh, "Oak", model);
     struct builder b = builder_at(&mesh, world->edge);
-    const uint32_t seed = 40 + model;
+    const uint32_t seed = 40 + model * (model < 2 ? 1 : 1000);
     int sides = world_detail(world, 8, 4), bark = world_detail(world, 6, 3);
     int pieces = world_detail(world, 1, 1);
     struct vec fork = vec(0.15, 2.1, -0.1);
@@ -90,14 +99,16 @@ static void tier(struct world *world, struct builder *b, double low, double high
 static int pine(struct world *world, uint32_t model)
 {
     struct mesh mesh = {0};
-    snprintf(mesh.name, sizeof mesh.name, "Pine_%c", (int)('A' + model));
+    name_model(&mesh, "Pine", model);
     struct builder b = builder_at(&mesh, world->edge);
-    int tiers = 5 + (int)model;
+    int tiers = 5 + (int)(model < 2 ? model : model % 3);
+    double wide = model < 2 ? 1.75 : 1.5 + 0.6 * chance(77, model, 0);
     tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), vec(0, 5.2, 0), 0.22, 0.06, world_detail(world, 7, 4),
          world_detail(world, 4, 1));
     for (int i = 0; i < tiers; i++) {
         double t = (double)i / tiers, low = 0.9 + 4.6 * t;
-        tier(world, &b, low, low + 1.75 - 0.45 * t, 1.75 * (1 - t) + 0.35, 0.9 * i);
+        tier(world, &b, low, low + 1.75 - 0.45 * t, wide * (1 - t) + 0.35,
+             0.9 * i + 0.3 * (model / 2));
     }
     return world_add_mesh(world, &mesh);
 }
@@ -105,14 +116,14 @@ static int pine(struct world *world, uint32_t model)
 static int birch(struct world *world, uint32_t model)
 {
     struct mesh mesh = {0};
-    snprintf(mesh.name, sizeof mesh.name, "Birch_%c", (int)('A' + model));
+    name_model(&mesh, "Birch", model);
     struct builder b = builder_at(&mesh, world->edge);
-    const uint32_t seed = 60 + model;
+    const uint32_t seed = 60 + model * (model < 2 ? 1 : 1000);
     int sides = world_detail(world, 6, 3), pieces = world_detail(world, 1, 1);
     struct vec top = vec(0.25, 5.4, 0.1);
     tube(&b, MATERIAL_BARK, vec(0, -0.4, 0), top, 0.17, 0.04, sides, world_detail(world, 5, 1));
     for (uint32_t i = 0; i < 6; i++) {
-        double turn = 2.4 * i, y = 2.2 + 0.5 * i;
+        double turn = 2.4 * i + 0.7 * (model / 2), y = 2.2 + 0.5 * i;
         struct vec root = vec(0.05 * y, y, 0.02 * y);
         tube(&b, MATERIAL_BARK, root, add(root, vec(1.1 * cos(turn), 0.8, 1.1 * sin(turn))), 0.06,
              0.02, sides, 1);
@@ -145,11 +156,13 @@ static int shrub(struct world *world, uint32_t model)
 }
 
 /* Turn, size and sometimes mirror the plant that was just added. */
-static void vary(struct world *world, int node, uint32_t seed, uint32_t id, double size)
+static void vary(struct world *world, int node, uint32_t seed, uint32_t id, double size,
+                 const char *role)
 {
     if (node < 0)
         return;
     struct node *n = &world->nodes[node];
+    n->role = role;
     double across = size * (0.9 + 0.2 * chance(seed, id, 21));
     n->scale[0] = chance(seed, id, 22) < 0.2 ? -across : across;
     n->scale[1] = size * (0.9 + 0.3 * chance(seed, id, 23));
@@ -177,15 +190,23 @@ static bool tree_fits(const struct world *world, double x, double z, double luck
     return luck < smooth(16, 46, far) * (0.25 + 0.75 * grove) + 0.05;
 }
 
+/* Models of each species; with the copies of them more and more at larger scales. */
+static size_t tree_models(struct world *world, int models[SPECIES][MODEL_LIMIT])
+{
+    const double wanted = 5.63 * sqrt(world->scale / 0.65) * sqrt(sqrt(world->scale / 0.65));
+    const size_t count = wanted < 6                 ? 6
+                         : wanted > 3 * MODEL_LIMIT ? 3 * MODEL_LIMIT
+                                                    : (size_t)wanted;
+    static int (*const grow[SPECIES])(struct world *, uint32_t) = {oak, pine, birch};
+    for (size_t i = 0; i < count; i++)
+        models[i % SPECIES][i / SPECIES] = grow[i % SPECIES](world, (uint32_t)(i / SPECIES));
+    return count;
+}
+
 static void place_trees(struct world *world)
 {
-    int models[OAKS + PINES + BIRCHES];
-    for (uint32_t i = 0; i < OAKS; i++)
-        models[i] = oak(world, i);
-    for (uint32_t i = 0; i < PINES; i++)
-        models[OAKS + i] = pine(world, i);
-    for (uint32_t i = 0; i < BIRCHES; i++)
-        models[OAKS + PINES + i] = birch(world, i);
+    int models[SPECIES][MODEL_LIMIT];
+    world->tree_models = tree_models(world, models);
     static const char *const names[] = {"Tree_Oak_%03d", "Tree_Pine_%03d", "Tree_Birch_%03d"};
     int group = world_add_node(world, "Trees", 0, -1, -1, vec(0, 0, 0), 0);
     size_t wanted = (size_t)world_count(world, 300, 20), tries = wanted * 60;
@@ -201,11 +222,13 @@ static void place_trees(struct world *world)
             continue;
         double y = terrain_height(&world->terrain, x, z);
         double hill = smooth(1, 9, y) + 0.5 * (chance(seed, i, 3) - 0.5), kind = chance(seed, i, 4);
-        int species = hill > 0.45 ? 1 : kind < 0.62 ? 0 : 2;
-        int model = models[2 * species + (chance(seed, i, 5) < 0.5)];
+        int species = hill > 0.45 ? PINE : kind < 0.62 ? OAK : BIRCH;
+        size_t variants = (world->tree_models + SPECIES - 1 - (size_t)species) / SPECIES;
+        int model =
+            models[species][(size_t)((1 - chance(seed, i, 5)) * (double)variants * 0.999999)];
         int node = world_add_node(world, names[species], (int)world->trees, model, group,
                                   vec(x, y - 0.1, z), 2 * LEVEL_PI * chance(seed, i, 6));
-        vary(world, node, seed, i, 0.8 + 0.5 * chance(seed, i, 7));
+        vary(world, node, seed, i, 0.8 + 0.5 * chance(seed, i, 7), "tree");
         places[world->trees][0] = x;
         places[world->trees++][1] = z;
     }
@@ -218,7 +241,7 @@ static void place_shrubs(struct world *world)
     for (uint32_t i = 0; i < SHRUBS; i++)
         models[i] = shrub(world, i);
     int group = world_add_node(world, "Shrubs", 0, -1, -1, vec(0, 0, 0), 0);
-    size_t wanted = (size_t)world_count(world, 2400, 60), tries = wanted * 20;
+    size_t wanted = (size_t)world_count(world, 2399, 60), tries = wanted * 20;
     for (uint32_t i = 0; i < tries && world->shrubs < wanted && !world->failed; i++) {
         uint32_t seed = world->seed + 2000;
         double reach = 154 * mix(0.45, 1, chance(seed, i, 8));
@@ -233,12 +256,69 @@ static void place_shrubs(struct world *world)
         int node = world_add_node(world, "Shrub_%03d", (int)world->shrubs++, models[model], group,
                                   vec(x, terrain_height(&world->terrain, x, z) - 0.03, z),
                                   2 * LEVEL_PI * chance(seed, i, 4));
-        vary(world, node, seed, i, 0.7 + 0.7 * chance(seed, i, 5));
+        vary(world, node, seed, i, 0.7 + 0.7 * chance(seed, i, 5), "shrub");
     }
+}
+
+/* A tuft of two cards, a hand high. */
+static int clump(struct world *world, uint32_t model)
+{
+    struct mesh mesh = {0};
+    name_model(&mesh, "Grass", model);
+    struct builder b = builder_at(&mesh, world->edge);
+    for (int i = 0; i < 2; i++) {
+        double turn = LEVEL_PI * (0.5 * i + 0.2 * model), high = 0.09 + 0.03 * model;
+        card(&b, MATERIAL_GRASS, vec(0, high - 0.01, 0), vec(0.1 * cos(turn), 0, 0.1 * sin(turn)),
+             vec(0, high, 0), vec(-sin(turn), 0, cos(turn)), 1);
+    }
+    return world_add_mesh(world, &mesh);
+}
+
+/* Along the paths and around the houses, where one looks at the ground. */
+static bool grass_grows(const struct world *world, double x, double z)
+{
+    double path = terrain_path(&world->terrain, x, z);
+    return terrain_clearance(&world->terrain, x, z) > 0.3 && path < 0.3 && hypot(x, z) > 3.4;
+}
+
+static void place_clumps(struct world *world, uint32_t model)
+{
+    const uint32_t seed = world->seed + 3000 + model;
+    const size_t wanted = (size_t)world_count(world, 1800, 50);
+    struct scatter s = {.translations = calloc(wanted, sizeof *s.translations),
+                        .rotations = calloc(wanted, sizeof *s.rotations),
+                        .scales = calloc(wanted, sizeof *s.scales)};
+    if (!s.translations || !s.rotations || !s.scales)
+        world->failed = true;
+    for (uint32_t i = 0; i < 30 * wanted && s.count < wanted && !world->failed; i++) {
+        double x = 90 * (chance(seed, i, 0) - 0.5), z = 90 * (chance(seed, i, 1) - 0.5);
+        if (!grass_grows(world, x, z))
+            continue;
+        double turn = LEVEL_PI * chance(seed, i, 2), size = 0.7 + 0.6 * chance(seed, i, 3);
+        float *t = s.translations[s.count], *r = s.rotations[s.count];
+        t[0] = (float)x, t[1] = (float)terrain_height(&world->terrain, x, z), t[2] = (float)z;
+        r[1] = (float)sin(turn), r[3] = (float)cos(turn);
+        for (int k = 0; k < 3; k++)
+            s.scales[s.count][k] = (float)size;
+        s.count++;
+    }
+    const int mesh = clump(world, model);
+    const int node = world_add_node(world, "Grass_%d", (int)model, mesh, -1, vec(0, 0, 0), 0);
+    world->clumps += s.count;
+    if (node < 0) {
+        free(s.translations);
+        free(s.rotations);
+        free(s.scales);
+        return;
+    }
+    world->nodes[node].scatter = s;
+    world->nodes[node].role = "grass";
 }
 
 void plants_build(struct world *world)
 {
     place_trees(world);
     place_shrubs(world);
+    for (uint32_t model = 0; model < 2; model++)
+        place_clumps(world, model);
 }

@@ -3,7 +3,6 @@
 #include <stdlib.h>
 
 #define PATH_HALF_WIDTH 1.5
-#define COURTYARD (SITE_COUNT - 1)
 
 static const struct site village[SITE_COUNT] = {
     {-15, -8, -0.49, 5.0, 6.5},  {13.5, -11.5, -2.44, 4.0, 5.0}, {18, 6.5, 2.8, 3.5, 4.5},
@@ -188,10 +187,9 @@ static void skirt(struct world *world, struct mesh *mesh, int cells, int side)
     }
 }
 
-void terrain_build(struct world *world)
+static struct mesh ground_mesh(struct world *world, int cells)
 {
     struct mesh mesh = {.name = "Terrain"};
-    int cells = world_count(world, 132, 12);
     ground_grid(world, &mesh, cells);
     if (!mesh.failed)
         ground_colors(world, &mesh.surfaces[MATERIAL_GROUND]);
@@ -200,6 +198,16 @@ void terrain_build(struct world *world)
     struct builder b = builder_at(&mesh, 20);
     quad(&b, MATERIAL_STONE, vec(-LEVEL_HALF_SIZE, -6, -LEVEL_HALF_SIZE),
          vec(2 * LEVEL_HALF_SIZE, 0, 0), vec(0, 0, 2 * LEVEL_HALF_SIZE));
+    return mesh;
+}
+
+void terrain_build(struct world *world)
+{
+    struct mesh mesh = ground_mesh(world, world_count(world, 132, 12));
     int index = world_add_mesh(world, &mesh);
-    world_add_node(world, "Terrain", 0, index, -1, vec(0, 0, 0), 0);
+    int node = world_add_node(world, "Terrain", 0, index, -1, vec(0, 0, 0), 0);
+    for (int level = 1; level <= 2; level++) {
+        mesh = ground_mesh(world, world_count(world, level == 1 ? 84 : 42, 6));
+        world_add_level(world, node, &mesh);
+    }
 }

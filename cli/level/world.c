@@ -16,6 +16,12 @@ int world_detail(const struct world *world, double at_scale_1, int minimum)
     return count < minimum ? minimum : (int)lround(count);
 }
 
+int world_crowd(const struct world *world, double at_scale_1, int minimum)
+{
+    double count = at_scale_1 * world->scale;
+    return count < minimum ? minimum : (int)lround(count);
+}
+
 static bool make_room(void **items, size_t *capacity, size_t count, size_t size)
 {
     if (count < *capacity)
@@ -62,6 +68,30 @@ int world_add_node(struct world *world, const char *format, int number, int mesh
     return (int)world->node_count++;
 }
 
+void world_add_level(struct world *world, int node, struct mesh *mesh)
+{
+    int level = 1, last = node;
+    while (last >= 0 && world->nodes[last].lod >= 0) {
+        last = world->nodes[last].lod;
+        level++;
+    }
+    char name[48];
+    snprintf(name, sizeof name, "%.30s_LOD%d", node < 0 ? "" : world->nodes[node].name, level);
+    memcpy(mesh->name, name, sizeof name);
+    int index = world_add_mesh(world, mesh);
+    int lod = world_add_node(world, "%d", level, index, -1, vec(0, 0, 0), 0);
+    if (lod < 0 || node < 0)
+        return;
+    struct node *simple = &world->nodes[lod];
+    const struct node *full = &world->nodes[node];
+    memcpy(simple->name, name, sizeof name);
+    memcpy(simple->translation, full->translation, sizeof full->translation);
+    memcpy(simple->rotation, full->rotation, sizeof full->rotation);
+    memcpy(simple->scale, full->scale, sizeof full->scale);
+    simple->hidden = true;
+    world->nodes[last].lod = lod;
+}
+
 static void add_views(struct world *world)
 {
     const struct terrain *t = &world->terrain;
@@ -81,6 +111,7 @@ bool world_build(struct world *world, double scale, uint32_t seed)
     terrain_build(world);
     houses_build(world);
     yard_build(world);
+    stones_build(world);
     plants_build(world);
     add_views(world);
     return !world->failed;
@@ -90,6 +121,11 @@ void world_free(struct world *world)
 {
     for (size_t i = 0; i < world->mesh_count; i++)
         mesh_free(&world->meshes[i]);
+    for (size_t i = 0; i < world->node_count; i++) {
+        free(world->nodes[i].scatter.translations);
+        free(world->nodes[i].scatter.rotations);
+        free(world->nodes[i].scatter.scales);
+    }
     free(world->meshes);
     free(world->nodes);
     *world = (struct world){0};
@@ -106,15 +142,18 @@ struct totals world_totals(const struct world *world)
         if (node->mesh < 0)
             continue;
         const struct mesh *mesh = &world->meshes[node->mesh];
-        if (node->hidden) {
-            totals.lod_triangles += mesh_triangle_count(mesh);
-            continue;
-        }
-        totals.triangles += mesh_triangle_count(mesh);
-        totals.vertices += mesh_vertex_count(mesh);
+        const uint64_t copies = node->scatter.count ? node->scatter.count : 1;
+        const uint64_t triangles = copies * mesh_triangle_count(mesh);
+        const uint64_t vertices = copies * mesh_vertex_count(mesh);
         totals.unique_triangles += shown[node->mesh] ? 0 : mesh_triangle_count(mesh);
         totals.unique_vertices += shown[node->mesh] ? 0 : mesh_vertex_count(mesh);
         shown[node->mesh] = true;
+        totals.lod_triangles += node->hidden ? triangles : 0;
+        totals.lod_vertices += node->hidden ? vertices : 0;
+        totals.triangles += node->hidden ? 0 : triangles;
+        totals.vertices += node->hidden ? 0 : vertices;
+        totals.solid_triangles += node->hidden || node->role ? 0 : triangles;
+        totals.solid_vertices += node->hidden || node->role ? 0 : vertices;
     }
     free(shown);
     return totals;

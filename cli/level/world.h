@@ -6,11 +6,19 @@
 
 #define LEVEL_HALF_SIZE 80.0 /* metres from the middle of the terrain to its edge */
 
+/* Where copies of a node's mesh stand (EXT_mesh_gpu_instancing). */
+struct scatter {
+    float (*translations)[3], (*rotations)[4], (*scales)[3];
+    size_t count;
+};
+
 struct node {
     char name[48];
-    int mesh, parent; /* -1: none */
-    int lod;          /* node of the next simpler level, -1: none */
-    bool hidden;      /* not part of the scene: reached through `lod` only */
+    int mesh, parent;       /* -1: none */
+    int lod;                /* node of the next simpler level, -1: none */
+    bool hidden;            /* not part of the scene: reached through `lod` only */
+    const char *role;       /* NULL: solid */
+    struct scatter scatter; /* count 0: one copy, at the node */
     double translation[3], rotation[4], scale[3];
 };
 
@@ -26,6 +34,7 @@ struct site {
 };
 
 #define HOUSE_COUNT 6
+#define COURTYARD HOUSE_COUNT
 #define SITE_COUNT (HOUSE_COUNT + 1) /* the last is the courtyard */
 #define VIEW_COUNT 3
 
@@ -45,13 +54,15 @@ struct world {
     struct node *nodes;
     size_t node_count, node_capacity;
     struct view views[VIEW_COUNT];
-    size_t trees, shrubs;
+    size_t trees, shrubs, clumps, tree_models;
     bool failed;
 };
 
 struct totals {
     uint64_t triangles, vertices; /* in the world: each mesh once per node that shows it */
-    uint64_t unique_triangles, unique_vertices, lod_triangles;
+    uint64_t unique_triangles, unique_vertices; /* stored: each mesh once */
+    uint64_t solid_triangles, solid_vertices;   /* in the world, without plants */
+    uint64_t lod_triangles, lod_vertices;       /* of the simpler levels, which `triangles` lacks */
 };
 
 /* Build everything; false when memory ran out. Same bits for the same scale and seed. */
@@ -66,12 +77,18 @@ int world_add_mesh(struct world *world, struct mesh *mesh);
 int world_add_node(struct world *world, const char *format, int number, int mesh, int parent,
                    struct vec position, double angle);
 
+/* A simpler level of `node`, behind those it has already: the mesh, in the same place. */
+void world_add_level(struct world *world, int node, struct mesh *mesh);
+
 /* A number that grows with the scale like its square root: sides, counts. */
 int world_count(const struct world *world, double at_scale_1, int minimum);
 
 /* The same for what is also more numerous at a larger scale: with its square in triangles and the
  * square root in copies the whole grows like the scale. */
 int world_detail(const struct world *world, double at_scale_1, int minimum);
+
+/* The same for what is small and alike: grows like the scale itself. */
+int world_crowd(const struct world *world, double at_scale_1, int minimum);
 
 double terrain_height(const struct terrain *terrain, double x, double z);
 /* 0 off the path, 1 on it. */
@@ -92,6 +109,7 @@ struct furniture furniture_build(struct world *world);
 
 void houses_build(struct world *world);
 void yard_build(struct world *world);   /* courtyard, well, fences, woodpiles */
+void stones_build(struct world *world); /* rubble, sunk into ground and walls */
 void plants_build(struct world *world); /* trees, shrubs, grass */
 
 #endif

@@ -3,8 +3,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#define COURTYARD (SITE_COUNT - 1)
-
 /* A sheet of (columns + 1) × (rows + 1) points between a lower and an upper line. */
 static void sheet(struct builder *b, enum material material, const struct vec *low,
                   const struct vec *high, const struct vec *normals, int columns, int rows,
@@ -107,12 +105,11 @@ static void lean_to(struct builder *near, struct vec high, struct vec low, struc
     }
 }
 
-static void courtyard(struct world *world)
+static struct mesh courtyard_mesh(struct world *world, double edge, bool fine)
 {
     struct mesh mesh = {.name = "Courtyard"};
-    struct builder b = builder_at(&mesh, world->edge);
+    struct builder b = builder_at(&mesh, edge);
     const double x = 10.8, z = 8.8, t = 0.4, high = 4.1;
-    bool fine = world->scale >= 0.08;
     struct wall w = {.outside = MATERIAL_PLASTER_WARM,
                      .inside = MATERIAL_PLASTER_WARM,
                      .reveal = MATERIAL_STONE};
@@ -143,10 +140,18 @@ static void courtyard(struct world *world)
     lean_to(&b, vec(-x + 0.3, 4.05, -z + 0.3), vec(-x + 0.3, 3.2, -z + 3.9), vec(1, 0, 0),
             2 * x - 0.6, fine);
     lean_to(&b, vec(-x + 0.3, 4.05, z), vec(-x + 3.9, 3.2, z), vec(0, 0, -1), 2 * z - 0.6, fine);
+    return mesh;
+}
+
+static void courtyard(struct world *world)
+{
+    struct mesh mesh = courtyard_mesh(world, world->edge, world->scale >= 0.08);
     int index = world_add_mesh(world, &mesh);
-    world_add_node(world, "Courtyard", 0, index, -1,
-                   site_point(&world->terrain, COURTYARD, vec(0, 0.12, 0)),
-                   world->terrain.sites[COURTYARD].angle);
+    int node = world_add_node(world, "Courtyard", 0, index, -1,
+                              site_point(&world->terrain, COURTYARD, vec(0, 0.12, 0)),
+                              world->terrain.sites[COURTYARD].angle);
+    mesh = courtyard_mesh(world, 1.4 * world->edge, false);
+    world_add_level(world, node, &mesh);
 }
 
 static void well(struct world *world)

@@ -13,9 +13,24 @@ extern "C" {
 
 /* How a mesh that several instances share is baked. */
 enum cranny_instances {
-    CRANNY_INSTANCES_AUTO,   /* split up to `split_limit` instances of a mesh, else shared */
+    CRANNY_INSTANCES_AUTO,   /* split up to `split_limit` instances of a mesh, else linear */
     CRANNY_INSTANCES_SPLIT,  /* every instance its own values (and its own copy in the file) */
     CRANNY_INSTANCES_SHARED, /* one set of values: the mean over the instances */
+    CRANNY_INSTANCES_LINEAR, /* one set of values, times four coefficients an instance (2013, §2.2)
+                              */
+};
+
+/* What the one set of values of linear instances is. */
+enum cranny_local {
+    CRANNY_LOCAL_SHARED, /* the mean over the instances: right by itself where nobody multiplies */
+    CRANNY_LOCAL_ISOLATED, /* of the mesh alone in the open, as the paper has it */
+    CRANNY_LOCAL_NONE,     /* ones: nothing but the coefficients */
+};
+
+/* What the four coefficients are fitted to. */
+enum cranny_linear_from {
+    CRANNY_LINEAR_VOLUME,  /* spherical obscurance on a sparse grid around the instances (2013) */
+    CRANNY_LINEAR_SURFACE, /* rays from points on each instance's surface */
 };
 
 /* How samples become vertex values. */
@@ -23,6 +38,12 @@ enum cranny_fit {
     CRANNY_FIT_LEAST_SQUARES, /* (M + αR) x = b, eq. 2 */
     CRANNY_FIT_SPLAT,         /* weighted mean of the samples around a vertex */
     CRANNY_FIT_VERTEX,        /* rays from the vertices themselves; no fit */
+};
+
+/* How lower levels of detail get their values from the finest one (2013, §2.2.1). */
+enum cranny_lod_fit {
+    CRANNY_LOD_LEAST_SQUARES, /* its values at samples on the coarse surface, and a fit */
+    CRANNY_LOD_VERTEX,        /* its values at the coarse vertices */
 };
 
 /* Fields are described, with units, ranges and defaults, by cranny_bake_param_table(). */
@@ -46,6 +67,15 @@ struct cranny_bake_params {
     float ground_height;       /* metres; NaN: the lowest vertex */
     int instances;             /* enum cranny_instances */
     int split_limit;           /* see CRANNY_INSTANCES_AUTO */
+    int local;                 /* enum cranny_local */
+    int linear_from;           /* enum cranny_linear_from */
+    int linear_points;         /* on an instance's surface, to fit its coefficients to */
+    float volume_spacing;      /* metres between points of the grid; 0: from the instances' sizes */
+    int volume_rays;           /* per point of the grid, over the sphere */
+    int dimming;               /* enum cranny_dimming, of trees and fog */
+    float tree_opacity;        /* share that a crossing of a tree takes */
+    float fog_density;         /* factor on the measured density of shrubs */
+    int lod_fit;               /* enum cranny_lod_fit */
     int seed;
     int threads;                      /* 0: all cores; never changes the result */
     const struct cranny_hooks *hooks; /* not in the table */
@@ -57,13 +87,13 @@ CRANNY_API const struct cranny_param_table *cranny_bake_param_table(void);
 /* Every field at its row's default, no hooks. */
 CRANNY_API struct cranny_bake_params cranny_bake_params_default(void);
 
-/* Baked values. Immutable. Independent of the scene after creation, except that saving wants both.
- */
+/* Baked values. Immutable. Keeps a pointer to the scene, which must outlive it. */
 struct cranny_bake;
 
 /* Sample, trace, fit. `params` NULL means defaults.
  * CRANNY_INPUT when the scene has no triangle with area; CRANNY_USAGE for parameters out of range;
- * CRANNY_CANCELLED from the progress hook (stages "bvh", "trace", "solve"). */
+ * CRANNY_CANCELLED from the progress hook (stages "bvh", "trace", "solve", and where there are such
+ * instances "volume", "linear", "scatter", "resample"). */
 CRANNY_API enum cranny_status cranny_bake_create(const struct cranny_scene *scene,
                                                  const struct cranny_bake_params *params,
                                                  struct cranny_bake **bake,
@@ -76,10 +106,46 @@ CRANNY_API void cranny_bake_destroy(struct cranny_bake **bake);
 enum cranny_channel { CRANNY_CHANNEL_VISIBILITY, CRANNY_CHANNEL_LONG, CRANNY_CHANNEL_SHORT };
 
 /* Values of an instance's vertices, in [0,1], 1 = open: the blended and remapped visibility, or one
- * raw distance. As many floats as the instance's mesh has vertices. Instances that were baked
- * `shared` return the same pointer. Vertices that no triangle uses hold 1. */
+ * raw distance. As many floats as the instance's mesh has vertices; to be multiplied by the
+ * instance's linear function. Instances that were baked `shared` or `linear` return the same
+ * pointer, as do shrubs and grass, all ones. Vertices that no triangle uses hold 1. NULL: the
+ * instance has no values (role ignored). */
 CRANNY_API const float *cranny_bake_values(const struct cranny_bake *bake, uint32_t instance,
                                            enum cranny_channel channel);
+
+/* The linear function of the position in the mesh's own space that goes with an instance's values:
+ * constant, x, y, z (2013, eq. 3; cranny_linear_visibility evaluates it). 1 0 0 0 where the values
+ * are the instance's own. False then, else true. */
+CRANNY_API bool cranny_bake_linear(const struct cranny_bake *bake, uint32_t instance,
+                                   enum cranny_channel channel, float linear[4]);
+
+/* How a set of values came to be. */
+enum cranny_treatment {
+    CRANNY_TREATMENT_NONE,    /* role ignored */
+    CRANNY_TREATMENT_SURFACE, /* sampled where its instances stand */
+    CRANNY_TREATMENT_LINEAR,  /* one set, times four coefficients an instance */
+    CRANNY_TREATMENT_SCALAR,  /* shrubs and grass: one number an instance, of the ground nearby */
+    CRANNY_TREATMENT_LOD,     /* taken over from the finest level of detail */
+};
+
+/* What became of one set of values. */
+struct cranny_bake_set {
+    const char *mesh; /* its name, as long as the scene lives */
+    uint32_t mesh_index, instance_first, instance_count;
+    enum cranny_treatment treatment;
+    uint64_t vertices, triangles;
+    uint64_t samples, invalid_samples, unsampled_vertices;
+    double area;      /* m² */
+    double fit_rms;   /* between the samples and the fit: noise included */
+    double model_rms; /* of this, what no values on these vertices would mend: the part that both
+                         halves of a triangle's samples agree on; NaN with too few samples */
+    uint64_t bytes;   /* of the values and coefficients, as floats */
+};
+
+/* How many sets there are, and one of them. */
+CRANNY_API size_t cranny_bake_set_count(const struct cranny_bake *bake);
+CRANNY_API void cranny_bake_get_set(const struct cranny_bake *bake, size_t index,
+                                    struct cranny_bake_set *set);
 
 /* What a bake did; seconds are wall time. */
 struct cranny_bake_report {
@@ -93,7 +159,19 @@ struct cranny_bake_report {
     double fit_rms;         /* between the samples and the fitted function, area-weighted */
     double solver_iterations_max;
     double seconds_bvh, seconds_sample, seconds_trace, seconds_solve;
-    uint64_t bytes_bvh, bytes_samples, bytes_solve;
+    double seconds_fog;                   /* of seconds_bvh: densities and boxes of shrubs */
+    double seconds_local;                 /* meshes in isolation */
+    double seconds_volume;                /* the grid around linear instances, its rays included */
+    double seconds_linear;                /* coefficients */
+    double seconds_scalar;                /* shrubs and grass */
+    double seconds_resample, seconds_lod; /* lower levels of detail: samples, fit */
+    uint64_t bytes_bvh, bytes_samples, bytes_solve, bytes_volume;
+    uint64_t trees, fog_boxes; /* instances */
+    uint64_t linear_instances, scalar_instances, lod_instances;
+    uint64_t volume_points, volume_buried;
+    uint64_t lod_samples, lod_missed; /* missed: found no surface of the finest level near */
+    uint64_t bytes_values;            /* what a game keeps: values and coefficients, as floats */
+    uint64_t bytes_vertices;          /* what values on every vertex of every instance would take */
 };
 
 /* Copies what cranny_bake_create measured into *report. */

@@ -10,6 +10,7 @@
 #include <cranny/gbuffer.h>
 #include <cranny/image.h>
 #include <cranny/report.h>
+#include <cranny/runtime.h>
 #include <cranny/scene.h>
 #include <cranny/screen.h>
 #include <cranny/trace.h>

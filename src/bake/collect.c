@@ -2,8 +2,8 @@
  * samples whose rays see too many back faces are buried and dropped. */
 #include "bake/sheets.h"
 
-#include "base/watch.h"
 #include "base/vector.h"
+#include "base/watch.h"
 #include "trace/gather.h"
 
 /* Rays between two looks at the cancel flag: about 20 ms of one thread. */
@@ -28,14 +28,15 @@ struct batch {
     struct gather_point points[BATCH];
     struct gather_result results[BATCH];
     uint64_t ids[BATCH];
+    uint32_t instances[BATCH];
     int count;
     uint64_t rays;
 };
 
 struct collector {
     const struct plan *plan;
-    const struct cranny_tracer *tracer;
-    const struct gather_plan *gather;
+    sample_source_fn *source;
+    void *source_user;
     struct samples *samples;
     const struct sheets *sheets; /* NULL: all triangles from the front; else the turned ones */
     int batch_limit;             /* points traced without a look at the cancel flag */
@@ -75,8 +76,8 @@ static void flush(struct collector *collector, struct batch *batch)
     watch_advance(&collector->watch, (size_t)batch->count);
     if (!watch_goes_on(&collector->watch))
         batch->count = 0;
-    gather_points(collector->tracer, collector->gather, batch->points, (size_t)batch->count,
-                  batch->results);
+    collector->source(collector->source_user, batch->points, batch->instances, (size_t)batch->count,
+                      batch->results);
     for (int i = 0; i < batch->count; i++) {
         const struct gather_result *result = &batch->results[i];
         struct sample *sample = &collector->samples->values[batch->ids[i]];
@@ -206,6 +207,7 @@ static void collect_triangle(struct collector *collector, const struct target *t
         double l[3];
         sample_barycentrics(plan->shift, id, l);
         make_point(&placed, l, id, collector->sheets ? -1 : 1, &batch->points[batch->count]);
+        batch->instances[batch->count] = instance;
         batch->ids[batch->count++] = id;
         if (batch->count == collector->batch_limit)
             flush(collector, batch);
@@ -318,50 +320,72 @@ static enum cranny_status samples_alloc(const struct plan *plan, struct samples 
     return samples->values && samples->valid ? CRANNY_OK : fail_memory(why, "samples");
 }
 
-static enum cranny_status run(const struct plan *plan, const struct cranny_tracer *tracer,
-                              const struct cranny_bake_params *params, const struct work_list *list,
-                              struct samples *samples, struct cranny_error *why)
-{
-    const struct cranny_gather_params wanted = bake_gather_params(params);
-    const int threads = thread_count(params->threads);
+struct ray_source {
+    const struct cranny_tracer *tracer;
     struct gather_plan *gather;
-    enum cranny_status status = gather_plan_create(&wanted, params->adaptive, &gather, why);
+};
+
+static void trace_source(void *user, const struct gather_point *points, const uint32_t *instances,
+                         size_t count, struct gather_result *results)
+{
+    const struct ray_source *source = user;
+    (void)instances;
+    gather_points(source->tracer, source->gather, points, count, results);
+}
+
+static enum cranny_status run(struct collector *collector, const struct work_list *list,
+                              const struct cranny_bake_params *params, struct cranny_error *why)
+{
+    const int threads = thread_count(params->threads);
+    enum cranny_status status = CRANNY_OK;
+    collect_all(collector, list, threads);
+    if (!watch_stopped(&collector->watch) && collector->source == trace_source)
+        status = collect_turned(collector, list, threads, why);
     if (status != CRANNY_OK)
         return status;
+    collector->watch.next = 0; /* the last word, however short the stage was */
+    if (!watch_goes_on(&collector->watch))
+        return fail(why, CRANNY_CANCELLED, "bake: cancelled while sampling");
+    judge(collector->plan, list, params, collector->samples, threads);
+    return CRANNY_OK;
+}
+
+enum cranny_status samples_collect_from(const struct plan *plan, sample_source_fn *source,
+                                        void *user, const struct cranny_bake_params *params,
+                                        struct samples *samples, struct cranny_error *why)
+{
+    struct work_list list = {0};
     struct collector collector = {
         .plan = plan,
-        .tracer = tracer,
-        .gather = gather,
+        .source = source,
+        .source_user = user,
         .samples = samples,
         .batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1)),
     };
-    watch_begin(&collector.watch, params->hooks, "trace", plan->sample_count);
-    collect_all(&collector, list, threads);
-    if (!watch_stopped(&collector.watch))
-        status = collect_turned(&collector, list, threads, why);
-    gather_plan_destroy(&gather);
+    enum cranny_status status = samples_alloc(plan, samples, why);
+    if (status == CRANNY_OK && !list_work(plan, params->rays, &list))
+        status = fail_memory(why, "samples");
+    watch_begin(&collector.watch, params->hooks, source == trace_source ? "trace" : "resample",
+                plan->sample_count);
+    if (status == CRANNY_OK)
+        status = run(&collector, &list, params, why);
+    free(list.items);
     if (status != CRANNY_OK)
-        return status;
-    collector.watch.next = 0; /* the last word, however short the stage was */
-    if (!watch_goes_on(&collector.watch))
-        return fail(why, CRANNY_CANCELLED, "bake: cancelled while tracing");
-    judge(plan, list, params, samples, threads);
-    return CRANNY_OK;
+        samples_free(samples);
+    return status;
 }
 
 enum cranny_status samples_collect(const struct plan *plan, const struct cranny_tracer *tracer,
                                    const struct cranny_bake_params *params, struct samples *samples,
                                    struct cranny_error *why)
 {
-    struct work_list list = {0};
-    enum cranny_status status = samples_alloc(plan, samples, why);
-    if (status == CRANNY_OK && !list_work(plan, params->rays, &list))
-        status = fail_memory(why, "samples");
+    const struct cranny_gather_params wanted = bake_gather_params(params);
+    struct ray_source source = {.tracer = tracer};
+    *samples = (struct samples){0};
+    enum cranny_status status = gather_plan_create(&wanted, params->adaptive, &source.gather, why);
     if (status == CRANNY_OK)
-        status = run(plan, tracer, params, &list, samples, why);
-    free(list.items);
-    if (status != CRANNY_OK)
-        samples_free(samples);
+        status = samples_collect_from(plan, trace_source, &source, params, samples, why);
+    gather_plan_destroy(&source.gather);
     return status;
 }
 

@@ -3,6 +3,7 @@
 #define BAKE_COLLECT_H
 
 #include "bake/plan.h"
+#include "trace/gather.h"
 
 /* 65535 is 1. */
 struct sample {
@@ -24,6 +25,16 @@ static inline double sample_value(const struct sample *sample, int channel)
 enum cranny_status samples_collect(const struct plan *plan, const struct cranny_tracer *tracer,
                                    const struct cranny_bake_params *params, struct samples *samples,
                                    struct cranny_error *why);
+
+/* Where samples get their values when it is not from rays: fill results[count] for points on the
+ * given instances. A result of which all rays are back faces is invalid. Called from many threads,
+ * each between gather_thread_begin and _end. */
+typedef void sample_source_fn(void *user, const struct gather_point *points,
+                              const uint32_t *instances, size_t count,
+                              struct gather_result *results);
+enum cranny_status samples_collect_from(const struct plan *plan, sample_source_fn *source,
+                                        void *user, const struct cranny_bake_params *params,
+                                        struct samples *samples, struct cranny_error *why);
 void samples_free(struct samples *samples);
 
 /* The gathering settings that a bake's parameters ask for. */

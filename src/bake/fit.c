@@ -140,6 +140,21 @@ static enum cranny_status solve(const struct fit *fit, struct fit_report *report
     return status;
 }
 
+/* A sample's blended value, and the fit's there. */
+static void blend_sample(const struct fit *fit, const double (*x)[2], const uint32_t corner[3],
+                         uint64_t id, double *fitted, double *sampled)
+{
+    const double blend[2] = {1 - fit->params->short_weight, fit->params->short_weight};
+    double l[3];
+    sample_barycentrics(fit->plan->shift, id, l);
+    *fitted = *sampled = 0;
+    for (int k = 0; k < 2; k++) {
+        *fitted +=
+            blend[k] * (l[0] * x[corner[0]][k] + l[1] * x[corner[1]][k] + l[2] * x[corner[2]][k]);
+        *sampled += blend[k] * sample_value(&fit->samples->values[id], k);
+    }
+}
+
 /* Squared distance of a triangle's samples from the fit, in the blended value; weight; value. */
 static void compare_triangle(const struct fit *fit, const double (*x)[2], uint32_t t,
                              enum half half, double sum[3])
@@ -150,41 +165,91 @@ static void compare_triangle(const struct fit *fit, const double (*x)[2], uint32
     if (first == end || corner[0] == SURFACE_NONE)
         return;
     const double area = metric_area(target->metric, fit->mesh, t) / (end - first);
-    const double blend[2] = {1 - fit->params->short_weight, fit->params->short_weight};
     for (uint32_t s = first; s < end; s++) {
         const uint64_t id = target->sample_base + s;
         if (!takes_part(fit, id, half))
             continue;
-        double l[3], fitted = 0, sampled = 0;
-        sample_barycentrics(fit->plan->shift, id, l);
-        for (int k = 0; k < 2; k++) {
-            fitted += blend[k] *
-                      (l[0] * x[corner[0]][k] + l[1] * x[corner[1]][k] + l[2] * x[corner[2]][k]);
-            sampled += blend[k] * sample_value(&fit->samples->values[id], k);
-        }
+        double fitted, sampled;
+        blend_sample(fit, x, corner, id, &fitted, &sampled);
         sum[0] += area * (fitted - sampled) * (fitted - sampled);
         sum[1] += area;
         sum[2] += area * sampled;
     }
 }
 
+/* Σ (fit − sample) and the count over half of a triangle's samples; false: it has none. */
+static bool mean_departure(const struct fit *fit, uint32_t t, enum half half, double sum[2])
+{
+    const struct target *target = fit->target;
+    const uint32_t *corner = fit->surface.triangles[t];
+    sum[0] = sum[1] = 0;
+    for (uint32_t s = target->sample_start[t];
+         corner[0] != SURFACE_NONE && s < target->sample_start[t + 1]; s++) {
+        const uint64_t id = target->sample_base + s;
+        if (!takes_part(fit, id, half))
+            continue;
+        double fitted, sampled;
+        blend_sample(fit, (const double(*)[2])fit->x, corner, id, &fitted, &sampled);
+        sum[0] += fitted - sampled;
+        sum[1] += 1;
+    }
+    return sum[1] > 0;
+}
+
+/* Sums over a run of triangles. */
+struct comparison {
+    double both[3]; /* as compare_triangle */
+    double agreed, agreed_weight;
+    uint64_t invalid;
+};
+
+/* Noise differs between the halves of a triangle's samples, what the fit cannot follow does not:
+ * the product of their mean departures has the latter's square as its expectation. */
+static void compare_halves(const struct fit *fit, uint32_t t, struct comparison *sum)
+{
+    double mean[2];
+    for (int h = 0; h < 2; h++) {
+        double departure[2];
+        if (!mean_departure(fit, t, h ? ODD_HALF : EVEN_HALF, departure))
+            return;
+        mean[h] = departure[0] / departure[1];
+    }
+    const double area = metric_area(fit->target->metric, fit->mesh, t);
+    sum->agreed += area * mean[0] * mean[1];
+    sum->agreed_weight += area;
+}
+
+static void compare_run(const struct fit *fit, size_t first, size_t end, struct comparison *sum)
+{
+    const struct target *target = fit->target;
+    for (size_t t = first; t < end; t++) {
+        compare_triangle(fit, (const double(*)[2])fit->x, (uint32_t)t, BOTH_HALVES, sum->both);
+        compare_halves(fit, (uint32_t)t, sum);
+        for (uint32_t s = target->sample_start[t]; s < target->sample_start[t + 1]; s++)
+            sum->invalid += !fit->samples->valid[target->sample_base + s];
+    }
+}
+
 static enum cranny_status compare(const struct fit *fit, struct fit_report *report,
                                   struct cranny_error *why)
 {
-    const uint32_t triangles = fit->surface.triangle_count;
-    const size_t pieces = ((size_t)triangles + TRIANGLES_PER_SUM - 1) / TRIANGLES_PER_SUM;
-    double(*sums)[3] = alloc_array(pieces, sizeof *sums);
+    const size_t triangles = fit->surface.triangle_count;
+    const size_t pieces = (triangles + TRIANGLES_PER_SUM - 1) / TRIANGLES_PER_SUM;
+    struct comparison *sums = alloc_array(pieces, sizeof *sums);
     if (!sums)
         return fail_memory(why, "fit");
 #pragma omp parallel for num_threads(fit->threads) schedule(static) if (fit->threads > 1)
-    for (size_t i = 0; i < pieces; i++)
-        for (size_t t = i * TRIANGLES_PER_SUM; t < (i + 1) * TRIANGLES_PER_SUM && t < triangles;
-             t++)
-            compare_triangle(fit, (const double(*)[2])fit->x, (uint32_t)t, BOTH_HALVES, sums[i]);
     for (size_t i = 0; i < pieces; i++) {
-        report->squares += sums[i][0];
-        report->weight += sums[i][1];
-        report->visibility += sums[i][2];
+        const size_t end = (i + 1) * TRIANGLES_PER_SUM;
+        compare_run(fit, i * TRIANGLES_PER_SUM, end < triangles ? end : triangles, &sums[i]);
+    }
+    for (size_t i = 0; i < pieces; i++) {
+        report->squares += sums[i].both[0];
+        report->weight += sums[i].both[1];
+        report->visibility += sums[i].both[2];
+        report->agreed += sums[i].agreed;
+        report->agreed_weight += sums[i].agreed_weight;
+        report->invalid += sums[i].invalid;
     }
     free(sums);
     return CRANNY_OK;
@@ -321,17 +386,40 @@ enum cranny_status fit_target(const struct plan *plan, const struct samples *sam
     return status;
 }
 
-/* Object-space normal of an unknown: its vertex's own, else the area-weighted mean of its faces. */
-static void unknown_normal(const struct fit *fit, uint32_t unknown, uint32_t vertex, double out[3])
+enum cranny_status fit_measure(const struct plan *plan, const struct samples *samples, size_t index,
+                               const struct cranny_bake_params *params, const float (*values)[2],
+                               struct fit_report *report, struct cranny_error *why)
 {
-    const struct surface *surface = &fit->surface;
+    const struct target *target = &plan->targets[index];
+    struct fit fit = {.plan = plan,
+                      .target = target,
+                      .mesh = plan_mesh(plan, target),
+                      .samples = samples,
+                      .params = params,
+                      .threads = thread_count(params->threads)};
+    *report = (struct fit_report){0};
+    enum cranny_status status = fit_begin(&fit, 0, report, why);
+    for (uint32_t v = 0; status == CRANNY_OK && v < fit.surface.vertex_count; v++)
+        for (int s = 0; s < 2 && fit.surface.unknown_of[v] != SURFACE_NONE; s++)
+            fit.x[fit.surface.unknown_of[v]][s] = values[v][s];
+    if (status == CRANNY_OK)
+        status = compare(&fit, report, why);
+    fit_end(&fit);
+    return status;
+}
+
+/* Object-space normal of a vertex: its own, else the area-weighted mean of its faces. */
+static void vertex_normal(const struct cranny_mesh *mesh, const struct surface *surface,
+                          uint32_t vertex, double out[3])
+{
     static const double identity[9] = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+    const uint32_t unknown = surface->unknown_of[vertex];
     for (int k = 0; k < 3; k++)
-        out[k] = fit->mesh->normals ? fit->mesh->normals[vertex][k] : 0;
+        out[k] = mesh->normals ? mesh->normals[vertex][k] : 0;
     for (uint32_t i = surface->incident_start[unknown];
-         !fit->mesh->normals && i < surface->incident_start[unknown + 1]; i++) {
-        const uint32_t *corner = fit->mesh->triangles[surface->incident[i] / 3];
-        const float(*p)[3] = fit->mesh->positions;
+         !mesh->normals && i < surface->incident_start[unknown + 1]; i++) {
+        const uint32_t *corner = mesh->triangles[surface->incident[i] / 3];
+        const float(*p)[3] = mesh->positions;
         double a[3], b[3];
         metric_edge(identity, p[corner[0]], p[corner[1]], a);
         metric_edge(identity, p[corner[0]], p[corner[2]], b);
@@ -340,11 +428,12 @@ static void unknown_normal(const struct fit *fit, uint32_t unknown, uint32_t ver
     }
 }
 
-static bool vertex_point(const struct frame *frame, const float position[3], const double normal[3],
-                         uint32_t id, struct gather_point *point)
+bool fit_vertex_point(const struct frame *frame, const struct cranny_mesh *mesh,
+                      const struct surface *surface, uint32_t vertex, struct gather_point *point)
 {
-    double world[3], n[3], length = 0;
-    transform_point(frame->world, position, world);
+    double normal[3], world[3], n[3], length = 0;
+    vertex_normal(mesh, surface, vertex, normal);
+    transform_point(frame->world, mesh->positions[vertex], world);
     for (int k = 0; k < 3; k++) {
         n[k] = frame->normal[3 * k] * normal[0] + frame->normal[3 * k + 1] * normal[1] +
                frame->normal[3 * k + 2] * normal[2];
@@ -352,12 +441,11 @@ static bool vertex_point(const struct frame *frame, const float position[3], con
     }
     if (!(length > 0) || !isfinite(length) || frame->singular)
         return false;
+    *point = (struct gather_point){.id = vertex};
     for (int k = 0; k < 3; k++) {
         point->position[k] = (float)world[k];
         point->normal[k] = point->face_normal[k] = (float)(n[k] / sqrt(length));
     }
-    point->extent = 0;
-    point->id = id;
     return true;
 }
 
@@ -377,8 +465,7 @@ static uint64_t gather_unknown(struct vertex_run *run, uint32_t unknown)
     const struct fit *fit = run->fit;
     const struct target *target = fit->target;
     const uint32_t vertex = run->first[unknown];
-    double normal[3], sum[2] = {0, 0};
-    unknown_normal(fit, unknown, vertex, normal);
+    double sum[2] = {0, 0};
     const uint32_t count =
         target->instance_count < VERTEX_INSTANCES ? target->instance_count : VERTEX_INSTANCES;
     uint64_t rays = 0, good = 0;
@@ -391,8 +478,9 @@ static uint64_t gather_unknown(struct vertex_run *run, uint32_t unknown)
             &fit->plan->frames[fit->plan->order[target->instance_first + pick]];
         struct gather_point point;
         struct gather_result result;
-        if (!vertex_point(frame, fit->mesh->positions[vertex], normal, unknown * count + i, &point))
+        if (!fit_vertex_point(frame, fit->mesh, &fit->surface, vertex, &point))
             continue;
+        point.id = unknown * count + i;
         gather_points(run->tracer, run->gather, &point, 1, &result);
         rays += result.rays;
         const double limit = fit->params->back_limit * result.rays;

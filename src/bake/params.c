@@ -5,7 +5,11 @@
 
 static const char *const sampler_names[] = {"spiral", "sobol", "random", NULL};
 static const char *const fit_names[] = {"least_squares", "splat", "vertex", NULL};
-static const char *const instance_names[] = {"auto", "split", "shared", NULL};
+static const char *const instance_names[] = {"auto", "split", "shared", "linear", NULL};
+static const char *const local_names[] = {"shared", "isolated", "none", NULL};
+static const char *const linear_names[] = {"volume", "surface", NULL};
+static const char *const dimming_names[] = {"kernel", "plain", NULL};
+static const char *const lod_names[] = {"least_squares", "vertex", NULL};
 
 #define FIELD(name) #name, .offset = offsetof(struct cranny_bake_params, name)
 
@@ -153,17 +157,87 @@ static const struct cranny_param rows[] = {
     {.name = FIELD(instances),
      .type = CRANNY_PARAM_ENUM,
      .unit = "",
-     .maximum = 2,
+     .maximum = 3,
      .fallback = CRANNY_INSTANCES_AUTO,
      .choices = instance_names,
-     .help = "whether instances of a mesh get values of their own (split) or one mean (shared)"},
+     .help =
+         "whether instances of a mesh get values of their own (split), one mean (shared), or one "
+         "set times four coefficients each (linear)"},
     {.name = FIELD(split_limit),
      .type = CRANNY_PARAM_INT,
      .unit = "instances",
      .minimum = 0,
      .maximum = 1e9,
      .fallback = 16,
-     .help = "instances of a mesh up to which auto splits and above which it shares"},
+     .help = "instances of a mesh up to which auto splits; above, they are linear"},
+    {.name = FIELD(local),
+     .type = CRANNY_PARAM_ENUM,
+     .unit = "",
+     .maximum = 2,
+     .fallback = CRANNY_LOCAL_SHARED,
+     .choices = local_names,
+     .help =
+         "the one set of linear instances: the mean where they stand (shared), or the mesh alone "
+         "in the open (isolated)"},
+    {.name = FIELD(linear_from),
+     .type = CRANNY_PARAM_ENUM,
+     .unit = "",
+     .maximum = 1,
+     .fallback = CRANNY_LINEAR_SURFACE,
+     .choices = linear_names,
+     .help = "what the coefficients are fitted to: a grid of spherical obscurance around the "
+             "instances (volume), or rays from points on each (surface)"},
+    {.name = FIELD(linear_points),
+     .type = CRANNY_PARAM_INT,
+     .unit = "points",
+     .minimum = 4,
+     .maximum = 65536,
+     .fallback = 128,
+     .help = "points on an instance's surface that its coefficients are fitted to"},
+    {.name = FIELD(volume_spacing),
+     .type = CRANNY_PARAM_FLOAT,
+     .unit = "m",
+     .minimum = 0,
+     .maximum = 1e12,
+     .fallback = 0,
+     .help = "distance of the volume's points; 0: about 256 points an instance"},
+    {.name = FIELD(volume_rays),
+     .type = CRANNY_PARAM_INT,
+     .unit = "rays",
+     .minimum = 1,
+     .maximum = 65536,
+     .fallback = 256,
+     .help = "rays per point of the volume, in all directions"},
+    {.name = FIELD(dimming),
+     .type = CRANNY_PARAM_ENUM,
+     .unit = "",
+     .maximum = 1,
+     .fallback = CRANNY_DIMMING_KERNEL,
+     .choices = dimming_names,
+     .help = "how trees and shrubs dim a ray: what they take counts as a hit where they stand "
+             "(kernel), or at no distance (plain, as published)"},
+    {.name = FIELD(tree_opacity),
+     .type = CRANNY_PARAM_FLOAT,
+     .unit = "",
+     .minimum = 0,
+     .maximum = 1,
+     .fallback = 0.5,
+     .help = "share of a ray that each crossing of a tree takes"},
+    {.name = FIELD(fog_density),
+     .type = CRANNY_PARAM_FLOAT,
+     .unit = "",
+     .minimum = 0,
+     .maximum = 1000,
+     .fallback = 1,
+     .help = "factor on the density of the shrubs' boxes, which is measured on their triangles"},
+    {.name = FIELD(lod_fit),
+     .type = CRANNY_PARAM_ENUM,
+     .unit = "",
+     .maximum = 1,
+     .fallback = 0,
+     .choices = lod_names,
+     .help = "how lower levels of detail take their values over: samples of the finest level's "
+             "and a fit, or at their vertices"},
     {.name = FIELD(seed),
      .type = CRANNY_PARAM_INT,
      .unit = "",

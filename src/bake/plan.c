@@ -22,7 +22,7 @@ double metric_area(const double metric[9], const struct cranny_mesh *mesh, uint3
     return area > FLAT_RATIO * longest && isfinite(area) ? area : 0;
 }
 
-static void frame_make(const struct cranny_instance *instance, struct frame *frame)
+void frame_make(const struct cranny_instance *instance, struct frame *frame)
 {
     memcpy(frame->world, instance->world_from_object, sizeof frame->world);
     double inverse[9];
@@ -31,6 +31,27 @@ static void frame_make(const struct cranny_instance *instance, struct frame *fra
         for (int j = 0; j < 3; j++)
             frame->normal[3 * i + j] = inverse[3 * j + i];
     frame->side = transform_determinant(frame->world) < 0 ? -1 : 1;
+}
+
+void instance_bounds(const struct cranny_mesh *mesh, const double world_from_object[12],
+                     double box[6])
+{
+    float own[2][3] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    memset(box, 0, 6 * sizeof *box);
+    for (uint32_t v = 0; v < mesh->vertex_count; v++)
+        for (int k = 0; k < 3; k++) {
+            own[0][k] = fminf(own[0][k], mesh->positions[v][k]);
+            own[1][k] = fmaxf(own[1][k], mesh->positions[v][k]);
+        }
+    for (int c = 0; mesh->vertex_count && c < 8; c++) {
+        const float corner[3] = {own[c & 1][0], own[c >> 1 & 1][1], own[c >> 2][2]};
+        double p[3];
+        transform_point(world_from_object, corner, p);
+        for (int k = 0; k < 3; k++) {
+            box[k] = c ? fmin(box[k], p[k]) : p[k];
+            box[3 + k] = c ? fmax(box[3 + k], p[k]) : p[k];
+        }
+    }
 }
 
 static void linear_part(const double world[12], double metric[9])
@@ -63,40 +84,52 @@ static int compare_entries(const void *a, const void *b)
 }
 
 /* The instances that one node makes (EXT_mesh_gpu_instancing) are one unit: its first instance. */
-static void list_entries(const struct cranny_scene *scene, struct entry *entries)
+static void list_entries(struct plan *plan, const uint8_t *treatments, unsigned takes,
+                         struct entry *entries)
 {
-    for (uint32_t i = 0; i < scene->instance_count; i++) {
-        const struct instance *instance = &scene->instances[i], *last = instance - 1;
+    uint32_t unit = 0;
+    for (uint32_t i = 0; i < plan->scene->instance_count; i++) {
+        const struct instance *instance = &plan->scene->instances[i], *last = instance - 1;
         const bool joins = i > 0 && instance->source_index >= 0 && last->source_index >= 0 &&
                            instance->source_node == last->source_node &&
                            instance->view.mesh == last->view.mesh;
-        entries[i] = (struct entry){instance->view.mesh, joins ? entries[i - 1].unit : i, i};
+        unit = joins ? unit : i;
+        plan->target_of[i] = UINT32_MAX;
+        if (takes & 1u << treatments[i])
+            entries[plan->order_count++] = (struct entry){instance->view.mesh, unit, i};
     }
-    qsort(entries, scene->instance_count, sizeof *entries, compare_entries);
+    qsort(entries, plan->order_count, sizeof *entries, compare_entries);
 }
 
-static bool split_mesh(const struct cranny_bake_params *params, size_t units)
+static bool split_mesh(const struct cranny_bake_params *params, enum cranny_treatment treatment,
+                       size_t units)
 {
-    switch ((enum cranny_instances)params->instances) {
-    case CRANNY_INSTANCES_SPLIT:
-        return true;
-    case CRANNY_INSTANCES_SHARED:
-        return false;
-    case CRANNY_INSTANCES_AUTO:
+    switch (treatment) {
+    case CRANNY_TREATMENT_SURFACE:
+        return params->instances != CRANNY_INSTANCES_SHARED;
+    case CRANNY_TREATMENT_LOD:
+        return params->instances == CRANNY_INSTANCES_SPLIT ||
+               (params->instances != CRANNY_INSTANCES_SHARED &&
+                units <= (size_t)params->split_limit);
+    case CRANNY_TREATMENT_LINEAR:
+    case CRANNY_TREATMENT_SCALAR:
+    case CRANNY_TREATMENT_NONE:
         break;
     }
-    return units <= (size_t)params->split_limit;
+    return false;
 }
 
 /* Targets of one mesh: entries first..end. Returns how many instances stay joined against a split.
  */
 static size_t group_mesh(struct plan *plan, const struct entry *entries, size_t first, size_t end,
-                         const struct cranny_bake_params *params)
+                         const struct cranny_bake_params *params, const uint8_t *treatments)
 {
     size_t units = 0, joined = 0;
     for (size_t i = first; i < end; i++)
         units += i == first || entries[i].unit != entries[i - 1].unit;
-    const bool split = split_mesh(params, units);
+    const enum cranny_treatment treatment =
+        (enum cranny_treatment)treatments[entries[first].instance];
+    const bool split = split_mesh(params, treatment, units);
     for (size_t i = first; i < end; i++) {
         const bool starts = i == first || (split && entries[i].unit != entries[i - 1].unit);
         if (starts)
@@ -112,15 +145,16 @@ static size_t group_mesh(struct plan *plan, const struct entry *entries, size_t 
 }
 
 static void group_instances(struct plan *plan, struct entry *entries,
-                            const struct cranny_bake_params *params)
+                            const struct cranny_bake_params *params, const uint8_t *treatments,
+                            unsigned takes)
 {
-    const size_t count = plan->scene->instance_count;
-    list_entries(plan->scene, entries);
+    list_entries(plan, treatments, takes, entries);
+    const size_t count = plan->order_count;
     size_t joined = 0;
     for (size_t first = 0, end; first < count; first = end) {
         for (end = first; end < count && entries[end].mesh == entries[first].mesh;)
             end++;
-        joined += group_mesh(plan, entries, first, end, params);
+        joined += group_mesh(plan, entries, first, end, params, treatments);
     }
     if (joined && params->instances == CRANNY_INSTANCES_SPLIT)
         hook_warn(params->hooks,
@@ -274,19 +308,15 @@ static enum cranny_status plan_alloc(struct plan *plan, struct entry **entries,
 
 static enum cranny_status plan_fill(struct plan *plan, struct entry *entries,
                                     const struct cranny_bake_params *params,
+                                    const uint8_t *treatments, unsigned takes,
                                     struct cranny_error *why)
 {
     for (size_t i = 0; i < plan->scene->instance_count; i++)
         frame_make(&plan->scene->instances[i].view, &plan->frames[i]);
-    group_instances(plan, entries, params);
-    double area = 0, density;
-    for (size_t i = 0; i < plan->target_count; i++) {
+    group_instances(plan, entries, params, treatments, takes);
+    double density;
+    for (size_t i = 0; i < plan->target_count; i++)
         measure_target(plan, &plan->targets[i]);
-        area += plan->targets[i].area;
-    }
-    if (!(area > 0))
-        return fail(why, CRANNY_INPUT,
-                    "the scene has no triangle with area: there is nothing to bake");
     enum cranny_status status = choose_density(plan, params, &density, why);
     for (size_t i = 0; status == CRANNY_OK && i < plan->target_count; i++)
         status = place_samples(plan, &plan->targets[i], density, params, why);
@@ -294,8 +324,8 @@ static enum cranny_status plan_fill(struct plan *plan, struct entry *entries,
 }
 
 enum cranny_status plan_create(const struct cranny_scene *scene,
-                               const struct cranny_bake_params *params, struct plan *plan,
-                               struct cranny_error *why)
+                               const struct cranny_bake_params *params, const uint8_t *treatments,
+                               unsigned takes, struct plan *plan, struct cranny_error *why)
 {
     *plan = (struct plan){.scene = scene};
     plan->shift[0] = hash_u32((uint32_t)params->seed * 2 + 1);
@@ -303,7 +333,7 @@ enum cranny_status plan_create(const struct cranny_scene *scene,
     struct entry *entries;
     enum cranny_status status = plan_alloc(plan, &entries, why);
     if (status == CRANNY_OK)
-        status = plan_fill(plan, entries, params, why);
+        status = plan_fill(plan, entries, params, treatments, takes, why);
     free(entries);
     if (status != CRANNY_OK)
         plan_free(plan);

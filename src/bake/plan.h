@@ -30,19 +30,27 @@ struct plan {
     const struct cranny_scene *scene;
     struct frame *frames; /* per instance of the scene */
     uint32_t *order;      /* instances, those of one target together */
-    double *share;        /* per entry of order: cumulative share of the target's world area */
+    uint32_t order_count;
+    double *share; /* per entry of order: cumulative share of the target's world area */
     struct target *targets;
-    uint32_t *target_of; /* per instance of the scene */
+    uint32_t *target_of; /* per instance of the scene; UINT32_MAX: none */
     size_t target_count;
     uint64_t sample_count;
     uint32_t shift[2]; /* of the point set, from the seed */
 };
 
-/* Group the instances and place the samples. CRANNY_INPUT when nothing has area. */
+/* Group the instances whose treatment (enum cranny_treatment) is in `takes`, a sum of 1 <<
+ * treatment, and place the samples. There may be none. */
 enum cranny_status plan_create(const struct cranny_scene *scene,
-                               const struct cranny_bake_params *params, struct plan *plan,
-                               struct cranny_error *why);
+                               const struct cranny_bake_params *params, const uint8_t *treatments,
+                               unsigned takes, struct plan *plan, struct cranny_error *why);
 void plan_free(struct plan *plan);
+
+void frame_make(const struct cranny_instance *instance, struct frame *frame);
+
+/* The box in the world (min xyz, max xyz) of a mesh's own box; all zero without vertices. */
+void instance_bounds(const struct cranny_mesh *mesh, const double world_from_object[12],
+                     double box[6]);
 
 static inline const struct cranny_mesh *plan_mesh(const struct plan *plan,
                                                   const struct target *target)

@@ -3,7 +3,7 @@
 #include "trace/sight.h"
 #include "trace/view.h"
 
-#include <cranny/bake.h>
+#include "bake/bake.h"
 
 #define GRID 2            /* rays per pixel, each way */
 #define METER 32          /* pixels each way that the exposure is measured on */
@@ -11,15 +11,11 @@
 #define GAIN_MAXIMUM 5.0f
 #define BAND_RAYS (1 << 18) /* rays traced at once: bounds the memory of large pictures */
 
-static float visibility_at(const struct cranny_bake *bake, const struct cranny_mesh *mesh,
-                           const struct cranny_hit *hit)
+static float visibility_at(const struct cranny_bake *bake, const struct cranny_hit *hit)
 {
-    const float *values =
-        bake ? cranny_bake_values(bake, hit->instance, CRANNY_CHANNEL_VISIBILITY) : NULL;
-    if (!values)
-        return 1;
-    const uint32_t *c = mesh->triangles[hit->triangle];
-    return (1 - hit->u - hit->v) * values[c[0]] + hit->u * values[c[1]] + hit->v * values[c[2]];
+    return bake ? (float)bake_value_at(bake, hit->instance, hit->triangle, (double)hit->u,
+                                       (double)hit->v, CRANNY_CHANNEL_VISIBILITY)
+                : 1;
 }
 
 /* Linear colour of what a ray saw. */
@@ -36,7 +32,7 @@ static void shade(const struct cranny_scene *scene, const struct cranny_bake *ba
     double n[3];
     sight_normal(instance, mesh, hit, direction, n);
     double facing = -(n[0] * direction[0] + n[1] * direction[1] + n[2] * direction[2]);
-    float level = gain * visibility_at(bake, mesh, hit) * (0.82f + 0.18f * fmaxf((float)facing, 0));
+    float level = gain * visibility_at(bake, hit) * (0.82f + 0.18f * fmaxf((float)facing, 0));
     float t = 0.5f + 0.5f * (float)n[1];
     for (int i = 0; i < 3; i++)
         color[i] = level * (below[i] + (above[i] - below[i]) * t);
@@ -137,10 +133,7 @@ static enum cranny_status choose_gain(const struct picture *picture, float *gain
     for (size_t i = 0; status == CRANNY_OK && i < count; i++) {
         if (band.hits[i].instance == UINT32_MAX)
             continue;
-        const struct cranny_instance *instance =
-            cranny_scene_instance(picture->scene, band.hits[i].instance);
-        const struct cranny_mesh *mesh = cranny_scene_mesh(picture->scene, instance->mesh);
-        sum += visibility_at(picture->bake, mesh, &band.hits[i]);
+        sum += visibility_at(picture->bake, &band.hits[i]);
         seen += 1;
     }
     if (seen > 0)

@@ -78,6 +78,10 @@ static void add_scene(struct content *content, const struct cranny_scene *scene)
         const struct cranny_instance *instance = cranny_scene_instance(scene, i);
         add_word(content, instance->mesh);
         add_bytes(content, instance->world_from_object, sizeof instance->world_from_object);
+        /* nothing for ordinary ones, so that truths kept before there were roles stay good */
+        if (instance->role != CRANNY_ROLE_SOLID || instance->lod)
+            add_word(content, UINT64_C(0x726f6c65) << 32 | (uint64_t)instance->role << 1 |
+                                  cranny_instance_exists(instance));
     }
 }
 

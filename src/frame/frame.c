@@ -131,8 +131,8 @@ static void draw_sample(struct cranny_frame *frame, struct frame_pixel pixel)
     }
     const uint32_t place = hash_combine((uint32_t)pixel.x, (uint32_t)pixel.y);
     struct cranny_hit hit;
-    trace_ray(frame->tracer, origin, direction, hash_combine(place, (uint32_t)pixel.sample),
-              &distance, &hit);
+    trace_ray(frame->tracer, origin, direction, INFINITY,
+              hash_combine(place, (uint32_t)pixel.sample), &distance, &hit);
     if (isfinite(distance)) {
         keep_surface(frame, index, &ray, unit, &hit,
                      (double)frame->near_plane + (double)distance / length);

@@ -59,7 +59,7 @@ static bool sees_sun(const struct shading *shading, struct frame_pixel pixel)
     const float offset = ray_offset(origin, surface.extent);
     for (int i = 0; i < 3; i++)
         origin[i] += offset * (float)surface.normal[i];
-    trace_ray(frame->tracer, origin, direction, (uint32_t)index, &distance, NULL);
+    trace_ray(frame->tracer, origin, direction, INFINITY, (uint32_t)index, &distance, NULL);
     return !isfinite(distance);
 }
 

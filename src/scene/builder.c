@@ -127,7 +127,7 @@ size_t builder_texture(struct builder *builder, const void *data, size_t size, c
         json_pack("{s:I, s:I}", "sampler", (json_int_t)sampler, "source", (json_int_t)image));
 }
 
-static void use_extension(struct builder *builder, const char *name)
+void builder_use(struct builder *builder, const char *name)
 {
     json_t *used = json_object_get(builder->root, "extensionsUsed");
     for (size_t i = 0; i < json_array_size(used); i++)
@@ -144,7 +144,7 @@ static void set_transform(struct builder *builder, json_t *reference, const floa
         return;
     const double turn = atan2(-t[3], t[0]), scale_u = hypot(t[0], t[3]);
     const double scale_v = t[1] * sin(turn) + t[4] * cos(turn);
-    use_extension(builder, "KHR_texture_transform");
+    builder_use(builder, "KHR_texture_transform");
     builder_set(builder, reference, "extensions",
                 json_pack("{s:{s:[f,f], s:f, s:[f,f]}}", "KHR_texture_transform", "offset",
                           (double)t[2], (double)t[5], "rotation", turn, "scale", scale_u, scale_v));

@@ -22,6 +22,9 @@ size_t builder_append(struct builder *builder, const char *list, json_t *object)
 void builder_set(struct builder *builder, json_t *object, const char *key, json_t *value);
 void builder_name(struct builder *builder, json_t *object, const char *name);
 
+/* Name an extension in extensionsUsed, once. */
+void builder_use(struct builder *builder, const char *name);
+
 /* `count` vectors of floats (with their bounds where `bounds`), or triangle indices. */
 size_t builder_floats(struct builder *builder, const float *values, size_t count, int components,
                       bool bounds);

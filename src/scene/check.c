@@ -1,27 +1,14 @@
 /* The doctor: what in a scene spoils a bake, and what to pass instead. */
+#include "scene/check.h"
+
 #include "scene/document.h"
 #include "scene/fields.h"
 #include "scene/topology.h"
 
 #include <stdarg.h>
 
-struct finding {
-    enum cranny_severity severity;
-    const char *code;
-    char text[512];
-};
-
-struct findings {
-    struct finding *items;
-    size_t count, capacity;
-    bool failed; /* out of memory */
-};
-
-static void add(struct findings *findings, enum cranny_severity severity, const char *code,
-                const char *format, ...) __attribute__((format(printf, 4, 5)));
-
-static void add(struct findings *findings, enum cranny_severity severity, const char *code,
-                const char *format, ...)
+void finding_add(struct findings *findings, enum cranny_severity severity, const char *code,
+                 const char *format, ...)
 {
     if (!grow_array((void **)&findings->items, &findings->capacity, findings->count + 1,
                     sizeof *findings->items)) {
@@ -55,7 +42,8 @@ static const struct {
 static void check_large(struct findings *findings, double diagonal)
 {
     const size_t unit = diagonal * units[0].metres <= 500 ? 0 : 1;
-    add(findings, diagonal > 5e4 ? CRANNY_SEVERITY_ERROR : CRANNY_SEVERITY_WARNING, "scale-large",
+    finding_add(
+        findings, diagonal > 5e4 ? CRANNY_SEVERITY_ERROR : CRANNY_SEVERITY_WARNING, "scale-large",
         "the scene measures %.4g m from corner to corner; distances are in metres, so it is "
         "probably "
         "modelled in %s: pass --set distance_long=%g --set distance_short=%g, or scale it by %g",
@@ -66,7 +54,8 @@ static void check_large(struct findings *findings, double diagonal)
 static void check_small(struct findings *findings, double diagonal)
 {
     /* the defaults suit halls of some 50 m: six diagonals, and a twenty-fifth of one */
-    add(findings, diagonal < 0.05 ? CRANNY_SEVERITY_ERROR : CRANNY_SEVERITY_WARNING, "scale-small",
+    finding_add(
+        findings, diagonal < 0.05 ? CRANNY_SEVERITY_ERROR : CRANNY_SEVERITY_WARNING, "scale-small",
         "the scene measures only %.4g m from corner to corner, far below the default distances of "
         "300 and 2 m; for a small object, or one modelled in larger units, pass --set "
         "distance_long=%g --set distance_short=%g",
@@ -88,13 +77,15 @@ static void check_scale(struct findings *findings, const double bounds[6])
     else if (size > 5000)
         check_large(findings, size);
     else if (size > 500)
-        add(findings, CRANNY_SEVERITY_NOTE, "scale-doubtful",
+        finding_add(
+            findings, CRANNY_SEVERITY_NOTE, "scale-doubtful",
             "the scene measures %.4g m from corner to corner; if it is no landscape but modelled "
             "in "
             "centimetres, pass --set distance_long=30000 --set distance_short=200",
             size);
     if (far > 2e4 * size)
-        add(findings, CRANNY_SEVERITY_WARNING, "far-from-origin",
+        finding_add(
+            findings, CRANNY_SEVERITY_WARNING, "far-from-origin",
             "the scene of %.4g m lies %.4g m away from the origin, where floats are coarse; move "
             "it "
             "to the origin",
@@ -114,15 +105,30 @@ static void note_first(const char **first, const struct mesh *mesh, bool seen)
         *first = *mesh->view.name ? mesh->view.name : "without a name";
 }
 
+/* What only ignored instances show harms nothing, whatever its faces are like. */
+static bool *ignored_meshes(const struct cranny_scene *scene)
+{
+    bool *ignored = alloc_array(scene->mesh_count, sizeof *ignored);
+    for (int pass = 0; ignored && pass < 2; pass++)
+        for (size_t i = 0; i < scene->instance_count; i++)
+            if ((scene->instances[i].view.role != CRANNY_ROLE_IGNORED) == pass)
+                ignored[scene->instances[i].view.mesh] = !pass;
+    return ignored;
+}
+
 static enum cranny_status measure(const struct cranny_scene *scene, struct totals *totals,
                                   struct cranny_error *why)
 {
-    for (size_t i = 0; i < scene->mesh_count; i++) {
+    bool *ignored = ignored_meshes(scene);
+    enum cranny_status status = ignored ? CRANNY_OK : fail_memory(why, "check");
+    for (size_t i = 0; status == CRANNY_OK && i < scene->mesh_count; i++) {
         const struct mesh *mesh = &scene->meshes[i];
         struct topology t;
-        enum cranny_status status = topology_measure(&mesh->view, &t, why);
+        if (ignored[i])
+            continue;
+        status = topology_measure(&mesh->view, &t, why);
         if (status != CRANNY_OK)
-            return status;
+            break;
         const bool inverted = t.closed && t.volume < 0;
         totals->triangles += mesh->view.triangle_count;
         totals->vertices += mesh->view.vertex_count;
@@ -138,7 +144,8 @@ static enum cranny_status measure(const struct cranny_scene *scene, struct total
         note_first(&totals->first_duplicate, mesh, t.duplicates + t.back_to_back > 0);
         note_first(&totals->first_flat, mesh, !mesh->view.normals);
     }
-    return CRANNY_OK;
+    free(ignored);
+    return status;
 }
 
 static void check_faces(struct findings *findings, const struct totals *totals)
@@ -146,35 +153,39 @@ static void check_faces(struct findings *findings, const struct totals *totals)
     const struct topology *sum = &totals->sum;
     typedef unsigned long long number;
     if (totals->inverted_meshes)
-        add(findings, CRANNY_SEVERITY_WARNING, "inverted-mesh",
+        finding_add(
+            findings, CRANNY_SEVERITY_WARNING, "inverted-mesh",
             "%llu closed meshes are inside out (the first is '%s'): rays from them start inside; "
             "flip their faces, unless they are rooms seen from within",
             (number)totals->inverted_meshes, totals->first_inverted);
     if (sum->flipped_edges)
-        add(findings, CRANNY_SEVERITY_WARNING, "inconsistent-winding",
+        finding_add(
+            findings, CRANNY_SEVERITY_WARNING, "inconsistent-winding",
             "at %llu edges neighbouring faces look to opposite sides (first in mesh '%s'); unify "
             "the "
             "winding, or make the material doubleSided",
             (number)sum->flipped_edges, totals->first_flipped);
     if (sum->duplicates || sum->back_to_back)
-        add(findings, sum->duplicates ? CRANNY_SEVERITY_WARNING : CRANNY_SEVERITY_NOTE,
+        finding_add(
+            findings, sum->duplicates ? CRANNY_SEVERITY_WARNING : CRANNY_SEVERITY_NOTE,
             "duplicate-faces",
             "%llu triangles repeat another one, and at %llu places two lie back to back (first in "
             "mesh '%s'); repeated ones fight for the same samples: remove them",
             (number)sum->duplicates, (number)sum->back_to_back, totals->first_duplicate);
     if (sum->degenerate && sum->degenerate < totals->triangles)
-        add(findings, CRANNY_SEVERITY_NOTE, "degenerate-triangles",
-            "%llu of %llu triangles have no area; they take no samples", (number)sum->degenerate,
-            (number)totals->triangles);
+        finding_add(findings, CRANNY_SEVERITY_NOTE, "degenerate-triangles",
+                    "%llu of %llu triangles have no area; they take no samples",
+                    (number)sum->degenerate, (number)totals->triangles);
     if (totals->flat_meshes)
-        add(findings, CRANNY_SEVERITY_NOTE, "missing-normals",
+        finding_add(
+            findings, CRANNY_SEVERITY_NOTE, "missing-normals",
             "%llu meshes have no normals (the first is '%s') and are baked faceted, as glTF says; "
             "export normals if they should be smooth",
             (number)totals->flat_meshes, totals->first_flat);
     if (sum->unused_vertices)
-        add(findings, CRANNY_SEVERITY_NOTE, "unused-vertices",
-            "%llu of %llu vertices belong to no triangle; they are baked as open",
-            (number)sum->unused_vertices, (number)totals->vertices);
+        finding_add(findings, CRANNY_SEVERITY_NOTE, "unused-vertices",
+                    "%llu of %llu vertices belong to no triangle; they are baked as open",
+                    (number)sum->unused_vertices, (number)totals->vertices);
 }
 
 static void check_materials(struct findings *findings, const struct cranny_scene *scene)
@@ -182,13 +193,14 @@ static void check_materials(struct findings *findings, const struct cranny_scene
     struct cranny_scene_info info;
     cranny_scene_get_info(scene, &info);
     if (info.blended_triangles)
-        add(findings, CRANNY_SEVERITY_NOTE, "blend-materials",
+        finding_add(
+            findings, CRANNY_SEVERITY_NOTE, "blend-materials",
             "%llu triangles are blended; each ray counts their hits in proportion to their opacity",
             (unsigned long long)info.blended_triangles);
     if (info.skipped_primitives)
-        add(findings, CRANNY_SEVERITY_NOTE, "skipped-primitives",
-            "%llu primitives are points or lines; they neither occlude nor receive values",
-            (unsigned long long)info.skipped_primitives);
+        finding_add(findings, CRANNY_SEVERITY_NOTE, "skipped-primitives",
+                    "%llu primitives are points or lines; they neither occlude nor receive values",
+                    (unsigned long long)info.skipped_primitives);
 }
 
 static bool has_occlusion(const json_t *material)
@@ -221,16 +233,18 @@ static void check_texcoords(struct findings *findings, const struct document *do
         }
     }
     if (most > 1)
-        add(findings, CRANNY_SEVERITY_WARNING, "texcoord-sets",
+        finding_add(
+            findings, CRANNY_SEVERITY_WARNING, "texcoord-sets",
             "some primitives already have %d sets of texture coordinates, so that the occlusion "
             "becomes TEXCOORD_%d, which some viewers ignore; --to color or --to attribute avoids "
             "it",
             most, most);
     else if (most > 0)
-        add(findings, CRANNY_SEVERITY_NOTE, "texcoord-sets",
-            "the occlusion becomes TEXCOORD_%d beside the set that is there", most);
+        finding_add(findings, CRANNY_SEVERITY_NOTE, "texcoord-sets",
+                    "the occlusion becomes TEXCOORD_%d beside the set that is there", most);
     if (compressed)
-        add(findings, CRANNY_SEVERITY_NOTE, "compressed-primitives",
+        finding_add(
+            findings, CRANNY_SEVERITY_NOTE, "compressed-primitives",
             "%zu primitives are Draco-compressed; the values are added beside the compressed data",
             compressed);
 }
@@ -243,7 +257,8 @@ static void check_document(struct findings *findings, const struct cranny_scene 
     for (size_t i = 0; i < json_array_size(materials); i++)
         kept += has_occlusion(json_array_get(materials, i));
     if (kept)
-        add(findings, CRANNY_SEVERITY_WARNING, "occlusion-texture",
+        finding_add(
+            findings, CRANNY_SEVERITY_WARNING, "occlusion-texture",
             "%zu materials have an occlusion texture, which is kept; pass --replace to displace it",
             kept);
     for (size_t i = 0; i < scene->instance_count; i++) {
@@ -253,7 +268,8 @@ static void check_document(struct findings *findings, const struct cranny_scene 
         posed += json_object_get(object, "skin") || json_object_get(object, "weights");
     }
     if (posed)
-        add(findings, CRANNY_SEVERITY_NOTE, "stored-pose",
+        finding_add(
+            findings, CRANNY_SEVERITY_NOTE, "stored-pose",
             "%zu nodes are skinned or morphed; they are baked in the pose that the file stores",
             posed);
     check_texcoords(findings, document);
@@ -278,21 +294,23 @@ static enum cranny_status find_all(struct findings *findings, const struct crann
     if (status != CRANNY_OK)
         return status;
     cranny_scene_bounds(scene, bounds);
-    if (!scene->instance_count)
-        add(findings, CRANNY_SEVERITY_ERROR, "empty-scene",
+    if (!cranny_scene_triangle_count(scene))
+        finding_add(
+            findings, CRANNY_SEVERITY_ERROR, "empty-scene",
             "the scene shows no triangles, so there is nothing to bake; choose another scene of "
             "the "
             "file, or export meshes");
     else if (totals.sum.degenerate == totals.triangles)
-        add(findings, CRANNY_SEVERITY_ERROR, "no-area",
-            "none of the %llu triangles has an area, so there is nothing to bake",
-            (unsigned long long)totals.triangles);
+        finding_add(findings, CRANNY_SEVERITY_ERROR, "no-area",
+                    "none of the %llu triangles has an area, so there is nothing to bake",
+                    (unsigned long long)totals.triangles);
     check_scale(findings, bounds);
     check_faces(findings, &totals);
     check_materials(findings, scene);
     if (scene->document)
         check_document(findings, scene);
-    return findings->failed ? fail_memory(why, "check") : CRANNY_OK;
+    status = check_roles(findings, scene, bounds, why);
+    return status == CRANNY_OK && findings->failed ? fail_memory(why, "check") : status;
 }
 
 enum cranny_status cranny_scene_check(const struct cranny_scene *scene, cranny_finding_fn *report,

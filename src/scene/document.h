@@ -1,7 +1,7 @@
 /* A glTF document as it was read: JSON tree, buffers, and the way back to a file.
  *
- * The tree is never changed after loading; writing edits a copy. Everything that was in the input is
- * in the output: every JSON member in order with an equal value, every buffer byte for byte. */
+ * The tree is never changed after loading; writing edits a copy. Everything that was in the input
+ * is in the output: every JSON member in order with an equal value, every buffer byte for byte. */
 #ifndef SCENE_DOCUMENT_H
 #define SCENE_DOCUMENT_H
 
@@ -11,8 +11,8 @@
 
 /* A buffer of the document. Loaded lazily: call document_buffer. */
 struct document_buffer {
-    uint8_t *data; /* NULL until loaded */
-    size_t size;   /* bytes there are, at least the declared byteLength once loaded */
+    uint8_t *data;   /* NULL until loaded */
+    size_t size;     /* bytes there are, at least the declared byteLength once loaded */
     bool from_chunk; /* the GLB's BIN chunk; `data` then points into the document's file */
     bool failed;
 };
@@ -21,11 +21,11 @@ struct document {
     json_t *root;
     char *path; /* for messages and for resolving URIs; a plain name for memory documents */
     bool is_glb;
-    bool in_memory;     /* never read outside files */
+    bool in_memory; /* never read outside files */
     bool allow_outside;
-    bool imported;      /* made from another format: is written as a new .glb */
-    int indent;         /* of the input's JSON text, 0: compact; .gltf output keeps it */
-    uint8_t *file;      /* the whole input file (GLB); owned */
+    bool imported; /* made from another format: is written as a new .glb */
+    int indent;    /* of the input's JSON text, 0: compact; .gltf output keeps it */
+    uint8_t *file; /* the whole input file (GLB); owned */
     size_t file_size;
     const uint8_t *chunk; /* BIN chunk within `file`, NULL when there is none */
     size_t chunk_size;
@@ -52,8 +52,8 @@ void document_destroy(struct document **document);
 enum cranny_status document_buffer(struct document *document, size_t index, const uint8_t **data,
                                    size_t *size, struct cranny_error *why);
 
-/* The bytes of image `index` (bufferView or URI); *owned is malloced and must be freed, or NULL when
- * *data points into a buffer. */
+/* The bytes of image `index` (bufferView or URI); *owned is malloced and must be freed, or NULL
+ * when *data points into a buffer. */
 enum cranny_status document_image(struct document *document, size_t index, const uint8_t **data,
                                   size_t *size, uint8_t **owned, struct cranny_error *why);
 
@@ -65,10 +65,10 @@ enum cranny_status document_reserve(struct document *document, uint64_t bytes, c
  * For .glb the bytes go to the end of the BIN chunk, for .gltf into a data URI; the caller has
  * already written the buffer they belong to (document_appended_buffer). */
 struct document_edit {
-    json_t *root;        /* deep copy of document->root, owned */
-    size_t buffer;       /* index of the buffer that receives appended bytes */
-    uint64_t base;       /* byte offset in that buffer where appended bytes begin, multiple of 16 */
-    uint8_t *bytes;      /* appended so far */
+    json_t *root;   /* deep copy of document->root, owned */
+    size_t buffer;  /* index of the buffer that receives appended bytes */
+    uint64_t base;  /* byte offset in that buffer where appended bytes begin, multiple of 16 */
+    uint8_t *bytes; /* appended so far */
     size_t size, capacity;
     size_t views; /* bufferViews of the document itself; later ones are appended */
     const struct cranny_hooks *hooks; /* for warnings while saving; may be NULL */

@@ -163,18 +163,102 @@ static void add_camera(struct builder *builder, const struct cranny_camera *came
     json_array_append_new(roots, json_integer((json_int_t)root));
 }
 
-static void add_nodes(struct builder *builder, struct cranny_scene *scene)
+static json_t *instance_node(struct builder *builder, const struct cranny_scene *scene,
+                             const struct cranny_instance *instance)
 {
+    const int mesh = scene->meshes[instance->mesh].source_mesh;
+    json_t *node = builder_node(builder, instance->name, instance->world_from_object);
+    if (mesh >= 0)
+        builder_set(builder, node, "mesh", json_integer(mesh));
+    if (instance->role != CRANNY_ROLE_SOLID)
+        builder_set(builder, node, "extras",
+                    json_pack("{s:s}", "cranny_role", cranny_role_names()[instance->role]));
+    return node;
+}
+
+static int compare_levels(const void *a, const void *b)
+{
+    const struct instance *x = *(struct instance *const *)a, *y = *(struct instance *const *)b;
+    if (x->view.lod_group != y->view.lod_group)
+        return x->view.lod_group < y->view.lod_group ? -1 : 1;
+    if (x->view.lod != y->view.lod)
+        return x->view.lod < y->view.lod ? -1 : 1;
+    return (x > y) - (x < y);
+}
+
+/* A group's instances of one level as one node: itself, or a holder. */
+static size_t level_node(struct builder *builder, struct instance *const *instances, size_t count)
+{
+    static const double identity[12] = {1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
+    if (count == 1)
+        return (size_t)instances[0]->source_node;
+    json_t *holder = builder_node(builder, instances[0]->view.name, identity);
+    json_t *children = json_array();
+    for (size_t i = 0; i < count; i++)
+        json_array_append_new(children, json_integer(instances[i]->source_node));
+    builder_set(builder, holder, "children", children);
+    return builder_append(builder, "nodes", holder);
+}
+
+/* One group: its finest level goes to the roots and names the others. */
+static void add_group(struct builder *builder, struct instance *const *instances, size_t count,
+                      json_t *roots)
+{
+    json_t *ids = json_array();
+    size_t finest = SIZE_MAX;
+    for (size_t first = 0, end; first < count; first = end) {
+        for (end = first + 1;
+             end < count && instances[end]->view.lod == instances[first]->view.lod;)
+            end++;
+        const size_t node = level_node(builder, instances + first, end - first);
+        if (finest != SIZE_MAX)
+            json_array_append_new(ids, json_integer((json_int_t)node));
+        else
+            finest = node;
+    }
+    json_array_append_new(roots, json_integer((json_int_t)finest));
+    if (!json_array_size(ids)) {
+        json_decref(ids);
+        return;
+    }
+    json_t *node = json_array_get(json_object_get(builder->root, "nodes"), finest);
+    builder_set(builder, node, "extensions", json_pack("{s:{s:o}}", "MSFT_lod", "ids", ids));
+    builder_use(builder, "MSFT_lod");
+}
+
+/* Whatever has a group, by group and level. `levels` has room for all instances. */
+static void add_groups(struct builder *builder, struct cranny_scene *scene,
+                       struct instance **levels, json_t *roots)
+{
+    size_t count = 0;
+    for (size_t i = 0; i < scene->instance_count; i++)
+        if (scene->instances[i].view.lod_group)
+            levels[count++] = &scene->instances[i];
+    qsort(levels, count, sizeof *levels, compare_levels);
+    for (size_t first = 0, end; first < count; first = end) {
+        const uint32_t group = levels[first]->view.lod_group;
+        for (end = first + 1; end < count && levels[end]->view.lod_group == group;)
+            end++;
+        add_group(builder, levels + first, end - first, roots);
+    }
+}
+
+static enum cranny_status add_nodes(struct builder *builder, struct cranny_scene *scene,
+                                    struct cranny_error *why)
+{
+    struct instance **levels = alloc_array(scene->instance_count, sizeof *levels);
+    if (!levels)
+        return fail_memory(why, "scene");
     json_t *roots = json_array();
     for (size_t i = 0; i < scene->instance_count; i++) {
         struct instance *instance = &scene->instances[i];
-        const int mesh = scene->meshes[instance->view.mesh].source_mesh;
-        json_t *node = builder_node(builder, instance->view.name, instance->view.world_from_object);
-        if (mesh >= 0)
-            builder_set(builder, node, "mesh", json_integer(mesh));
-        instance->source_node = (int)builder_append(builder, "nodes", node);
-        json_array_append_new(roots, json_integer(instance->source_node));
+        instance->source_node =
+            (int)builder_append(builder, "nodes", instance_node(builder, scene, &instance->view));
+        if (!instance->view.lod_group)
+            json_array_append_new(roots, json_integer(instance->source_node));
     }
+    add_groups(builder, scene, levels, roots);
+    free(levels);
     for (size_t i = 0; i < scene->camera_count; i++)
         add_camera(builder, &scene->cameras[i], roots);
     json_t *shown = json_object();
@@ -184,12 +268,14 @@ static void add_nodes(struct builder *builder, struct cranny_scene *scene)
         json_decref(roots);
     builder_append(builder, "scenes", shown);
     builder_set(builder, builder->root, "scene", json_integer(0));
+    return CRANNY_OK;
 }
 
 /* Own copies of the lists whose places in the document are noted; the arrays stay borrowed. */
 static bool copy_lists(const struct cranny_scene *scene, struct cranny_scene *stand_in)
 {
     *stand_in = *scene;
+    stand_in->node_up = NULL;
     stand_in->meshes = alloc_array(scene->mesh_count, sizeof *scene->meshes);
     stand_in->instances = alloc_array(scene->instance_count, sizeof *scene->instances);
     if (!stand_in->meshes || !stand_in->instances)
@@ -217,11 +303,12 @@ enum cranny_status export_begin(const struct cranny_scene *scene, struct cranny_
     for (size_t i = 0; status == CRANNY_OK && i < scene->mesh_count; i++)
         status = add_mesh(&builder, &buckets, &stand_in->meshes[i], why);
     close_buckets(&buckets);
+    if (status == CRANNY_OK)
+        status = add_nodes(&builder, stand_in, why);
     if (status != CRANNY_OK) {
         builder_free(&builder);
         return status;
     }
-    add_nodes(&builder, stand_in);
     return builder_finish(&builder, "scene", UINT64_MAX, &stand_in->document, why);
 }
 

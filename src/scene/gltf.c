@@ -7,6 +7,7 @@ static void gltf_close(struct gltf *gltf)
     free(gltf->materials);
     free(gltf->texture_keys);
     free(gltf->shared_meshes);
+    free(gltf->mesh_roles);
 }
 
 static enum cranny_status check_arrays(const struct document *document, struct cranny_error *why)
@@ -31,10 +32,13 @@ static enum cranny_status read_parts(struct gltf *gltf, int scene_index, struct 
 {
     gltf->mesh_count = document_count(gltf->document, "meshes");
     gltf->shared_meshes = alloc_array(gltf->mesh_count, sizeof *gltf->shared_meshes);
-    if (!gltf->shared_meshes)
+    gltf->mesh_roles = alloc_array(gltf->mesh_count, sizeof *gltf->mesh_roles);
+    if (!gltf->shared_meshes || !gltf->mesh_roles)
         return fail_memory(why, "meshes");
-    for (size_t i = 0; i < gltf->mesh_count; i++)
+    for (size_t i = 0; i < gltf->mesh_count; i++) {
         gltf->shared_meshes[i] = -1;
+        gltf->mesh_roles[i] = ROLE_UNREAD;
+    }
     enum cranny_status status = views_open(gltf->document, &gltf->views, why);
     if (status == CRANNY_OK)
         status = materials_read(gltf, why);

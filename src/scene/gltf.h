@@ -11,9 +11,28 @@ struct node {
     double local[12], world[12];
     int parent; /* -1: a root */
     int mesh, skin, camera;
-    bool reached;   /* below a root of the chosen scene */
+    bool reached; /* below a root of the chosen scene, or below a level of detail of such a node */
     json_t *object; /* borrowed */
+    /* levels of detail, by lods.c */
+    int base;       /* whose world its transform counts from: its parent, or that of its finest */
+    int lod_of;     /* the node that it is a coarser level of; -1: none */
+    uint32_t level; /* how many levels coarser */
+    bool finest;    /* has such levels */
+    bool hung;      /* outside the scene graph */
+    bool by_name;   /* it, or a node above it, is a level by its name alone */
+    bool stated;    /* it, or a node above it, is a level by MSFT_lod */
+    uint8_t visit;
+    uint32_t lod, lod_group, stated_lod; /* the last without levels by name */
+    /* by roles.c */
+    enum cranny_role role;       /* of what it shows itself */
+    enum cranny_role role_below; /* of the nodes below it that say nothing */
 };
+
+/* Where a node's group and role come from: its finest level, else its parent. */
+static inline int node_up(const struct node *node)
+{
+    return node->lod_of >= 0 ? node->lod_of : node->parent;
+}
 
 /* A glTF material as far as it has been looked at. */
 struct material_state {
@@ -42,7 +61,9 @@ struct gltf {
     struct texture_key *texture_keys;
     size_t texture_key_count, texture_key_capacity;
     int *shared_meshes; /* scene mesh of each glTF mesh in its plain state; -1: not decoded */
+    int *mesh_roles;    /* what each glTF mesh says: a role, or one of enum said_role */
     size_t mesh_count;
+    uint32_t lod_group_count;
 };
 
 /* nodes.c: the hierarchy, with world transforms and what scene `scene_index` reaches. */
@@ -51,6 +72,27 @@ enum cranny_status nodes_read(struct gltf *gltf, int scene_index, struct cranny_
 void transform_from_trs(const double translation[3], const double rotation[4],
                         const double scale[3], double out[12]);
 bool transform_finite(const double m[12]);
+/* Visit below the nodes already in `queue` (`count` of them), parents before children; the new
+ * count. Every node has one parent, so that none comes twice. */
+size_t nodes_walk(const struct gltf *gltf, size_t *queue, size_t count);
+
+/* lods.c: the coarser levels of what the scene reaches, then groups and roles of all reached nodes.
+ * `queue` has room for all nodes. */
+enum cranny_status lods_read(struct gltf *gltf, size_t *queue, struct cranny_error *why);
+/* After the instances: drop groups of one level, and levels by name that stand apart; let every
+ * group begin at 0. */
+enum cranny_status lods_finish(struct gltf *gltf, struct cranny_error *why);
+
+/* lod_names.c: levels by the names of siblings ("X_LOD1"). */
+enum cranny_status lods_by_name(struct gltf *gltf, struct cranny_error *why);
+/* A name that ends in _LOD and a number, perhaps with Blender's .001 behind that. `base` bytes come
+ * before the ending; *rest is what follows the number. False: not such a name. */
+bool lod_name(const char *name, size_t *base, uint32_t *level, const char **rest);
+
+/* roles.c */
+enum said_role { ROLE_UNREAD = -2, ROLE_UNSAID = -1 };
+/* Role of a node whose node above has been given one. */
+void node_take_role(struct gltf *gltf, size_t index);
 
 /* material.c */
 enum cranny_status materials_read(struct gltf *gltf, struct cranny_error *why);

@@ -286,6 +286,22 @@ static void import_cameras(struct import *import, const struct aiNode *node, jso
     }
 }
 
+/* User properties of FBX and others that say what glTF's extras would. */
+static void import_role(struct builder *builder, const struct aiNode *node, json_t *object)
+{
+    const struct aiMetadata *data = node->mMetaData;
+    for (unsigned i = 0; data && i < data->mNumProperties; i++) {
+        if (strcmp(data->mKeys[i].data, "cranny_role") != 0 ||
+            data->mValues[i].mType != AI_AISTRING)
+            continue;
+        const struct aiString *word = data->mValues[i].mData;
+        builder_set(builder, object, "extras",
+                    json_pack("{s:s%}", "cranny_role", word->data,
+                              (size_t)strnlen(word->data, word->length)));
+        return;
+    }
+}
+
 /* A node still to be made, and the list that will name it. */
 struct pending {
     const struct aiNode *node;
@@ -304,6 +320,7 @@ static bool import_node(struct import *import, struct pending **queue, size_t *c
     if (at == 0)
         apply_fbx_space(import->scene, rows);
     json_t *object = builder_node(builder, node->mName.data, rows), *children = json_array();
+    import_role(builder, node, object);
     const size_t mesh = node_mesh(import, node);
     if (mesh != SIZE_MAX)
         set_accessor(builder, object, "mesh", mesh);

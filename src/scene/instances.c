@@ -7,9 +7,17 @@ static enum cranny_status add_instance(struct gltf *gltf, size_t node, uint32_t 
                                        const double transform[12], int source_index,
                                        struct cranny_error *why)
 {
-    struct cranny_instance view = {.name = loose_name(gltf->nodes[node].object), .mesh = mesh};
+    const struct node *from = &gltf->nodes[node];
+    struct cranny_instance view = {.name = loose_name(from->object),
+                                   .mesh = mesh,
+                                   .role = from->role,
+                                   .lod = from->lod,
+                                   .lod_group = from->lod_group};
     memcpy(view.world_from_object, transform, sizeof view.world_from_object);
-    enum cranny_status status = cranny_scene_add_instance(gltf->scene, &view, NULL, why);
+    enum cranny_status status =
+        document_reserve(gltf->document, strlen(view.name), "instances", why);
+    if (status == CRANNY_OK)
+        status = cranny_scene_add_instance(gltf->scene, &view, NULL, why);
     if (status != CRANNY_OK)
         return status;
     struct instance *added = &gltf->scene->instances[gltf->scene->instance_count - 1];
@@ -332,5 +340,5 @@ enum cranny_status instances_read(struct gltf *gltf, struct cranny_error *why)
             !hook_progress(gltf->document->hooks, "load", (double)i, (double)gltf->node_count))
             status = fail(why, CRANNY_CANCELLED, "%s: loading was cancelled", gltf->document->path);
     }
-    return status;
+    return status == CRANNY_OK ? lods_finish(gltf, why) : status;
 }

@@ -95,9 +95,7 @@ static enum cranny_status adopt_children(struct gltf *gltf, size_t index, struct
     return status;
 }
 
-/* Visit below the nodes already in `queue` (`count` of them), parents before children. Every node
- * has one parent, so that none comes twice. */
-static size_t walk(const struct gltf *gltf, size_t *queue, size_t count)
+size_t nodes_walk(const struct gltf *gltf, size_t *queue, size_t count)
 {
     for (size_t head = 0; head < count; head++) {
         const json_t *children = json_object_get(gltf->nodes[queue[head]].object, "children");
@@ -113,7 +111,7 @@ static enum cranny_status place_nodes(struct gltf *gltf, size_t *queue, struct c
     for (size_t i = 0; i < gltf->node_count; i++)
         if (gltf->nodes[i].parent < 0)
             queue[roots++] = i;
-    size_t count = walk(gltf, queue, roots);
+    size_t count = nodes_walk(gltf, queue, roots);
     for (size_t i = 0; i < count; i++) {
         struct node *node = &gltf->nodes[queue[i]];
         node->reached = true;
@@ -182,7 +180,7 @@ static enum cranny_status reach(struct gltf *gltf, int scene_index, size_t *queu
         gltf->nodes[i].reached = false;
     size_t count = 0;
     status = scene_roots(gltf, (size_t)chosen, queue, &count, why);
-    count = status == CRANNY_OK ? walk(gltf, queue, count) : 0;
+    count = status == CRANNY_OK ? nodes_walk(gltf, queue, count) : 0;
     for (size_t i = 0; i < count; i++)
         gltf->nodes[queue[i]].reached = true;
     return status;
@@ -192,7 +190,8 @@ enum cranny_status nodes_read(struct gltf *gltf, int scene_index, struct cranny_
 {
     const size_t count = document_count(gltf->document, "nodes");
     enum cranny_status status = document_reserve(
-        gltf->document, count * (sizeof *gltf->nodes + sizeof(size_t)), "nodes", why);
+        gltf->document, count * (sizeof *gltf->nodes + 2 * sizeof(size_t) + sizeof(int)), "nodes",
+        why);
     if (status != CRANNY_OK)
         return status;
     gltf->nodes = alloc_array(count, sizeof *gltf->nodes);
@@ -203,7 +202,7 @@ enum cranny_status nodes_read(struct gltf *gltf, int scene_index, struct cranny_
     }
     gltf->node_count = count;
     for (size_t i = 0; i < count; i++)
-        gltf->nodes[i].parent = -1;
+        gltf->nodes[i].parent = gltf->nodes[i].lod_of = -1;
     for (size_t i = 0; status == CRANNY_OK && i < count; i++)
         status = read_node(gltf, i, why);
     for (size_t i = 0; status == CRANNY_OK && i < count; i++)
@@ -212,6 +211,8 @@ enum cranny_status nodes_read(struct gltf *gltf, int scene_index, struct cranny_
         status = place_nodes(gltf, queue, why);
     if (status == CRANNY_OK)
         status = reach(gltf, scene_index, queue, why);
+    if (status == CRANNY_OK)
+        status = lods_read(gltf, queue, why);
     free(queue);
     return status;
 }

@@ -47,6 +47,7 @@ void cranny_scene_destroy(struct cranny_scene **scene)
     free(s->colors);
     free(s->cameras);
     free(s->generator);
+    free(s->node_up);
     document_destroy(&s->document);
     free(s);
     *scene = NULL;
@@ -81,7 +82,8 @@ uint64_t cranny_scene_triangle_count(const struct cranny_scene *scene)
 {
     uint64_t count = 0;
     for (size_t i = 0; i < scene->instance_count; i++)
-        count += scene->meshes[scene->instances[i].view.mesh].view.triangle_count;
+        if (cranny_instance_exists(&scene->instances[i].view))
+            count += scene->meshes[scene->instances[i].view.mesh].view.triangle_count;
     return count;
 }
 
@@ -89,7 +91,8 @@ uint64_t cranny_scene_vertex_count(const struct cranny_scene *scene)
 {
     uint64_t count = 0;
     for (size_t i = 0; i < scene->instance_count; i++)
-        count += scene->meshes[scene->instances[i].view.mesh].view.vertex_count;
+        if (cranny_instance_exists(&scene->instances[i].view))
+            count += scene->meshes[scene->instances[i].view.mesh].view.vertex_count;
     return count;
 }
 
@@ -188,6 +191,8 @@ void cranny_scene_bounds(const struct cranny_scene *scene, double bounds[6])
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct cranny_instance *instance = &scene->instances[i].view;
         const struct cranny_mesh *mesh = &scene->meshes[instance->mesh].view;
+        if (!cranny_instance_exists(instance))
+            continue;
         for (uint32_t t = 0; t < mesh->triangle_count; t++) {
             for (int c = 0; c < 3; c++) {
                 double p[3];
@@ -341,6 +346,12 @@ enum cranny_status cranny_scene_add_instance(struct cranny_scene *scene,
     for (int i = 0; i < 12; i++)
         if (!isfinite(instance->world_from_object[i]))
             return fail(why, CRANNY_USAGE, "instance: its transform holds a NaN or an infinity");
+    if ((unsigned)instance->role > CRANNY_ROLE_IGNORED)
+        return fail(why, CRANNY_USAGE, "instance: role %d does not exist", (int)instance->role);
+    if (instance->lod && !instance->lod_group)
+        return fail(why, CRANNY_USAGE,
+                    "instance: lod %u without a lod_group; give its finest level one too",
+                    instance->lod);
     if (!grow_array((void **)&scene->instances, &scene->instance_capacity,
                     scene->instance_count + 1, sizeof *scene->instances))
         return fail_memory(why, "instance");
@@ -353,38 +364,6 @@ enum cranny_status cranny_scene_add_instance(struct cranny_scene *scene,
         *index = (uint32_t)scene->instance_count;
     scene->instance_count++;
     return CRANNY_OK;
-}
-
-static void count_alpha(const struct cranny_scene *scene, const struct cranny_mesh *mesh,
-                        struct cranny_scene_info *info)
-{
-    for (uint32_t t = 0; t < mesh->triangle_count; t++) {
-        const struct cranny_material *material = &scene->materials[mesh->triangle_materials[t]];
-        info->masked_triangles += material->alpha_mode == CRANNY_ALPHA_MASK;
-        info->blended_triangles += material->alpha_mode == CRANNY_ALPHA_BLEND;
-        info->double_sided_triangles += material->double_sided;
-    }
-}
-
-void cranny_scene_get_info(const struct cranny_scene *scene, struct cranny_scene_info *info)
-{
-    *info = (struct cranny_scene_info){.format = scene->format,
-                                       .generator = scene->generator ? scene->generator : "",
-                                       .meshes = scene->mesh_count,
-                                       .instances = scene->instance_count,
-                                       .materials = scene->material_count,
-                                       .textures = scene->texture_count,
-                                       .cameras = scene->camera_count,
-                                       .vertices = cranny_scene_vertex_count(scene),
-                                       .triangles = cranny_scene_triangle_count(scene),
-                                       .skipped_primitives = scene->skipped_primitives};
-    for (size_t i = 0; i < scene->mesh_count; i++) {
-        info->unique_vertices += scene->meshes[i].view.vertex_count;
-        info->unique_triangles += scene->meshes[i].view.triangle_count;
-    }
-    for (size_t i = 0; i < scene->instance_count; i++)
-        count_alpha(scene, &scene->meshes[scene->instances[i].view.mesh].view, info);
-    cranny_scene_bounds(scene, info->bounds);
 }
 
 struct cranny_scene_load_params cranny_scene_load_params_default(void)

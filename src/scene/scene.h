@@ -44,6 +44,8 @@ struct cranny_scene {
     struct cranny_camera *cameras; /* names malloced */
     size_t camera_count, camera_capacity;
     struct document *document; /* owned; NULL for scenes built from arrays */
+    int *node_up; /* of each of its nodes: the parent, or the finest level; -1: none; may be NULL */
+    size_t node_count;
     uint64_t skipped_primitives;
     const char *format; /* static text */
     char *generator;
@@ -55,12 +57,24 @@ enum cranny_status scene_take_mesh(struct cranny_scene *scene, const struct mesh
                                    struct cranny_error *why);
 void mesh_free(struct mesh *mesh);
 
+/* What an instance has besides its mesh's values: a linear function to multiply them by (constant, x,
+ * y, z in the mesh's own space), or one number in their place. */
+enum factor_kind { FACTOR_NONE, FACTOR_LINEAR, FACTOR_SCALAR };
+struct instance_factor {
+    enum factor_kind kind;
+    float visibility[4], raw_long[4], raw_short[4]; /* FACTOR_SCALAR: the first of each */
+};
+
+/* Instances that exist and that a role rule with this pattern matches. False: out of memory. */
+bool roles_count(const struct cranny_scene *scene, const char *pattern, uint32_t *count);
+
 /* Per-vertex values to write into a scene's file: for every instance, a float per vertex of its
  * mesh. Instances of one mesh that give the same pointer share one set in the file. */
 struct scene_values {
     const float *const *visibility; /* instance_count pointers */
     const float *const *raw_long;   /* for `raw`; may be NULL otherwise */
     const float *const *raw_short;
+    const struct instance_factor *factors; /* instance_count; NULL: none */
 };
 
 /* cranny_scene_save, below the bake layer; `values` NULL writes the scene as it is. */

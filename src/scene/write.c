@@ -245,6 +245,8 @@ enum cranny_status write_color(struct write *write, struct cranny_error *why)
 static enum cranny_status write_values(struct write *write, struct cranny_error *why)
 {
     enum cranny_status status = write_plan(write, why);
+    if (status == CRANNY_OK)
+        status = write_factors(write, why);
     if (status != CRANNY_OK)
         return status;
     switch (write->params->to) {

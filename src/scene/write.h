@@ -90,6 +90,9 @@ enum cranny_status export_begin(const struct cranny_scene *scene, struct cranny_
                                 struct cranny_error *why);
 void export_end(struct cranny_scene *stand_in);
 
+/* write_linear.c: the instances' own numbers, of whatever output. */
+enum cranny_status write_factors(struct write *write, struct cranny_error *why);
+
 /* The outputs. */
 enum cranny_status write_occlusion(struct write *write, struct cranny_error *why);
 enum cranny_status write_color(struct write *write, struct cranny_error *why);

@@ -1,7 +1,7 @@
 #include "trace/directions.h"
 
-#include "base/sequence.h"
 #include "base/portable.h"
+#include "base/sequence.h"
 
 struct spiral_ray {
     uint64_t key; /* part of the set, then the place on a Z-order curve: neighbours stay together */
@@ -115,11 +115,14 @@ static bool spiral_create(struct directions *d)
     return true;
 }
 
-bool directions_create(struct directions *directions, enum cranny_sampler sampler, int count,
-                       int first, uint32_t seed)
+bool directions_create(struct directions *directions, enum cranny_sampler sampler, bool sphere,
+                       int count, int first, uint32_t seed)
 {
-    *directions = (struct directions){
-        .sampler = sampler, .count = count, .first = first, .seed = hash_u32(seed + 0x51ed270bu)};
+    *directions = (struct directions){.sampler = sampler,
+                                      .sphere = sphere,
+                                      .count = count,
+                                      .first = first,
+                                      .seed = hash_u32(seed + 0x51ed270bu)};
     struct directions *d = directions;
     d->shift[0] = unit_from_u32(hash_combine(d->seed, 1));
     d->shift[1] = unit_from_u32(hash_combine(d->seed, 2));
@@ -193,18 +196,25 @@ struct direction_frame direction_frame(const struct directions *directions,
     return frame;
 }
 
-/* The disc below the hemisphere: x and y; z follows (Malley). */
+/* A share of the area to the distance from the axis and the height along it: of the disc below the
+ * hemisphere, which makes it cosine-distributed (Malley), or of the sphere (Archimedes). */
+static inline void lift(bool sphere, float area, float *radius, float *height)
+{
+    *radius = sphere ? 2 * sqrtf(area * (1 - area)) : sqrtf(area);
+    *height = sphere ? 1 - 2 * area : sqrtf(1 - area);
+}
+
 static void fill_spiral(const struct directions *d, const struct direction_frame *frame, int from,
                         int count, float *x, float *y, float *z)
 {
+    const bool sphere = d->sphere;
     const float scale = 1 / (float)d->count, phase = frame->phase;
     const float *cosines = d->cosines + from, *sines = d->sines + from, *rings = d->rings + from;
     for (int i = 0; i < count; i++) {
-        const float area = fminf((rings[i] + phase) * scale, 1);
-        const float radius = sqrtf(area);
+        float radius;
+        lift(sphere, fminf((rings[i] + phase) * scale, 1), &radius, &z[i]);
         x[i] = radius * cosines[i];
         y[i] = radius * sines[i];
-        z[i] = sqrtf(1 - area);
     }
 }
 
@@ -219,12 +229,11 @@ static void fill_polar(const struct directions *d, const struct direction_frame 
             u[k] = unit_from_u32(d->sampler == CRANNY_SAMPLER_SOBOL
                                      ? owen_scramble(d->sobol[k][from + i], seeds[k])
                                      : hash_combine(seeds[k], (uint32_t)(from + i)));
-        float c, s;
+        float c, s, radius;
         turn_vector(u[1], &c, &s);
-        const float radius = sqrtf(u[0]);
+        lift(d->sphere, u[0], &radius, &z[i]);
         x[i] = radius * c;
         y[i] = radius * s;
-        z[i] = sqrtf(1 - u[0]);
     }
 }
 

@@ -3,8 +3,10 @@
  * Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, eq. 1. */
 #include "trace/gather.h"
 
-#include "base/portable.h"
 #include "trace/directions.h"
+#include "trace/kernel.h"
+
+#include <cranny/runtime.h>
 
 #if defined(__SSE__)
 #    include <xmmintrin.h>
@@ -24,8 +26,9 @@ struct gather_plan {
     float reach; /* see struct ray_block */
 };
 
-enum cranny_status gather_plan_create(const struct cranny_gather_params *params, bool adaptive,
-                                      struct gather_plan **plan, struct cranny_error *why)
+static enum cranny_status plan_create(const struct cranny_gather_params *params, bool sphere,
+                                      bool adaptive, struct gather_plan **plan,
+                                      struct cranny_error *why)
 {
     *plan = NULL;
     struct gather_plan *made = alloc_aligned(1, sizeof *made);
@@ -36,12 +39,25 @@ enum cranny_status gather_plan_create(const struct cranny_gather_params *params,
                                  .distances = {params->distances[0], params->distances[1]},
                                  .reach = INFINITY};
     const int first = adaptive && params->rays >= 8 ? params->rays / 4 : params->rays;
-    if (!directions_create(&made->directions, params->sampler, params->rays, first, params->seed)) {
+    if (!directions_create(&made->directions, params->sampler, sphere, params->rays, first,
+                           params->seed)) {
         free(made);
         return fail_memory(why, "ray directions");
     }
     *plan = made;
     return CRANNY_OK;
+}
+
+enum cranny_status gather_plan_create(const struct cranny_gather_params *params, bool adaptive,
+                                      struct gather_plan **plan, struct cranny_error *why)
+{
+    return plan_create(params, false, adaptive, plan, why);
+}
+
+enum cranny_status gather_plan_create_sphere(const struct cranny_gather_params *params,
+                                             struct gather_plan **plan, struct cranny_error *why)
+{
+    return plan_create(params, true, false, plan, why);
 }
 
 void gather_plan_shorten(struct gather_plan *plan)
@@ -59,26 +75,40 @@ void gather_plan_destroy(struct gather_plan **plan)
     *plan = NULL;
 }
 
-/* ρ of a block of distances (2013, §2: ρ(d) = 1 − exp(a d), a = ln(½) / r, that is 1 − 2^(−d/r)).
- */
+/* One loop for each kernel, so that they vectorise. */
 static void kernel_block(enum cranny_kernel kernel, float r, const float *distance, int count,
                          float *value)
 {
-    const float scale = 1 / r;
     switch (kernel) {
     case CRANNY_KERNEL_EXPONENTIAL:
         for (int i = 0; i < count; i++)
-            value[i] = 1 - exp2_negative(-scale * distance[i]);
+            value[i] = kernel_value(CRANNY_KERNEL_EXPONENTIAL, r, distance[i]);
         return;
     case CRANNY_KERNEL_LINEAR:
         for (int i = 0; i < count; i++)
-            value[i] = fminf(scale * distance[i], 1);
+            value[i] = kernel_value(CRANNY_KERNEL_LINEAR, r, distance[i]);
         return;
     case CRANNY_KERNEL_HARD:
         for (int i = 0; i < count; i++)
-            value[i] = distance[i] < r ? 0 : 1;
+            value[i] = kernel_value(CRANNY_KERNEL_HARD, r, distance[i]);
         return;
     }
+}
+
+/* Trace a block's rays and weigh their distances. */
+static void block_values(const struct cranny_tracer *tracer, const struct gather_plan *plan,
+                         const float origin[3], struct ray_block *block, int count,
+                         float values[2][RAY_BLOCK])
+{
+    /* What dims plainly counts at any distance, up to the hit. */
+    const bool plain = tracer_dims(tracer) && tracer->dimming == CRANNY_DIMMING_PLAIN;
+    block->reach = plain ? INFINITY : plan->reach;
+    ray_block_trace(tracer, plan->packet, origin, block, count);
+    for (int k = 0; k < 2; k++)
+        kernel_block(plan->kernel, plan->distances[k], block->distance, count, values[k]);
+    if (tracer_dims(tracer))
+        ray_block_dim(tracer, plan->packet, plan->kernel, plan->distances, origin, block, count,
+                      values);
 }
 
 struct tally {
@@ -92,20 +122,17 @@ static void gather_rays(const struct cranny_tracer *tracer, const struct gather_
                         int end, struct tally *tally)
 {
     struct ray_block block;
-    block.reach = plan->reach;
+    float values[2][RAY_BLOCK];
     for (int start = from; start < end; start += RAY_BLOCK) {
         const int count = min_int(RAY_BLOCK, end - start);
         directions_fill(&plan->directions, frame, start, count, &block);
-        ray_block_trace(tracer, plan->packet, origin, &block, count);
+        block_values(tracer, plan, origin, &block, count, values);
         tally->back_faces += block.back_faces;
-        for (int k = 0; k < 2; k++) {
-            float value[RAY_BLOCK];
-            kernel_block(plan->kernel, plan->distances[k], block.distance, count, value);
+        for (int k = 0; k < 2; k++)
             for (int i = 0; i < count; i++) {
-                tally->sums[k] += (double)value[i];
-                tally->dimmed |= value[i] < DIMMED_BELOW;
+                tally->sums[k] += (double)values[k][i];
+                tally->dimmed |= values[k][i] < DIMMED_BELOW;
             }
-        }
     }
 }
 
@@ -129,6 +156,49 @@ static struct gather_result gather_one(const struct cranny_tracer *tracer,
         .visibility = {(float)(tally.sums[0] / rays), (float)(tally.sums[1] / rays)},
         .rays = (uint32_t)rays,
         .back_faces = tally.back_faces};
+}
+
+/* Fixed: spherical harmonics are of the world, and the spiral's turn is by the point's id. */
+static const float sphere_axis[3] = {0, 1, 0};
+
+/* What is taken is summed, and 1 is exact: so the open is, and errors shrink with what is taken. */
+static void gather_sphere(const struct cranny_tracer *tracer, const struct gather_plan *plan,
+                          const float position[3], uint32_t id, struct gather_sphere *result)
+{
+    struct gather_point point = {.id = id};
+    memcpy(point.normal, sphere_axis, sizeof point.normal);
+    const struct direction_frame frame = direction_frame(&plan->directions, &point);
+    const int rays = plan->directions.count;
+    double sums[2][9] = {{0}};
+    struct ray_block block;
+    float values[2][RAY_BLOCK];
+    *result = (struct gather_sphere){.rays = (uint32_t)rays};
+    for (int start = 0; start < rays; start += RAY_BLOCK) {
+        const int count = min_int(RAY_BLOCK, rays - start);
+        directions_fill(&plan->directions, &frame, start, count, &block);
+        block_values(tracer, plan, position, &block, count, values);
+        result->back_faces += block.back_faces;
+        for (int i = 0; i < count; i++) {
+            const float direction[3] = {block.x[i], block.y[i], block.z[i]};
+            float basis[9];
+            cranny_sh_basis(direction, basis);
+            for (int k = 0; k < 2; k++)
+                for (int b = 0; b < 9; b++)
+                    sums[k][b] += (double)((1 - values[k][i]) * basis[b]);
+        }
+    }
+    const double sphere = 12.566370614359173, constant = 3.5449077018110318; /* 4π, √(4π) */
+    for (int k = 0; k < 2; k++)
+        for (int b = 0; b < 9; b++)
+            result->harmonics[k][b] = (float)((b == 0 ? constant : 0) - sphere / rays * sums[k][b]);
+}
+
+void gather_spheres(const struct cranny_tracer *tracer, const struct gather_plan *plan,
+                    const float (*positions)[3], size_t count, uint32_t first_id,
+                    struct gather_sphere *results)
+{
+    for (size_t i = 0; i < count; i++)
+        gather_sphere(tracer, plan, positions[i], first_id + (uint32_t)i, &results[i]);
 }
 
 void gather_points(const struct cranny_tracer *tracer, const struct gather_plan *plan,

@@ -14,6 +14,10 @@ struct gather_plan;
 enum cranny_status gather_plan_create(const struct cranny_gather_params *params, bool adaptive,
                                       struct gather_plan **plan, struct cranny_error *why);
 
+/* For gather_spheres: directions all round. */
+enum cranny_status gather_plan_create_sphere(const struct cranny_gather_params *params,
+                                             struct gather_plan **plan, struct cranny_error *why);
+
 /* Rays only as long as the kernel can tell apart: visibilities stay the same bits, faster, but back
  * faces beyond are not counted. Nothing for the exponential kernel, which has no end. */
 void gather_plan_shorten(struct gather_plan *plan);
@@ -40,6 +44,17 @@ struct gather_result {
 /* Trace `count` points from the calling thread. */
 void gather_points(const struct cranny_tracer *tracer, const struct gather_plan *plan,
                    const struct gather_point *points, size_t count, struct gather_result *results);
+
+struct gather_sphere {
+    float harmonics[2][9]; /* as of cranny_gather_sphere */
+    uint32_t rays, back_faces;
+};
+
+/* The same for points in the open, whose ids count on from `first_id`; with a plan of
+ * gather_plan_create_sphere. */
+void gather_spheres(const struct cranny_tracer *tracer, const struct gather_plan *plan,
+                    const float (*positions)[3], size_t count, uint32_t first_id,
+                    struct gather_sphere *results);
 
 /* Flush-to-zero for the calling thread while it traces (Embree asks for it in every thread). */
 unsigned gather_thread_begin(void);

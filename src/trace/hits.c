@@ -53,7 +53,7 @@ static struct cranny_hit describe(const struct cranny_tracer *tracer, const stru
 }
 
 void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
-               uint32_t id, float *distance, struct cranny_hit *hit)
+               float reach, uint32_t id, float *distance, struct cranny_hit *hit)
 {
     struct RTCRayHit r = {
         .ray = {.org_x = origin[0],
@@ -62,14 +62,14 @@ void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const 
                 .dir_x = direction[0],
                 .dir_y = direction[1],
                 .dir_z = direction[2],
-                .tfar = INFINITY,
+                .tfar = reach,
                 .mask = UINT32_MAX,
                 .id = id},
         .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
     embree_closest1(tracer->world, &r);
     const float ground = ground_distance(tracer, origin[1], direction[1]);
     const bool surface = r.hit.geomID != RTC_INVALID_GEOMETRY_ID && !(ground < r.ray.tfar);
-    *distance = surface ? r.ray.tfar : ground;
+    *distance = surface ? r.ray.tfar : ground < reach ? ground : INFINITY;
     if (hit)
         *hit = surface ? describe(tracer, &r)
                        : (struct cranny_hit){.instance = UINT32_MAX, .triangle = UINT32_MAX};
@@ -88,7 +88,7 @@ enum cranny_status cranny_trace(const struct cranny_tracer *tracer, size_t ray_c
         const unsigned saved = gather_thread_begin();
 #pragma omp for schedule(dynamic, 1024)
         for (size_t i = 0; i < ray_count; i++)
-            trace_ray(tracer, origins[i], directions[i], (uint32_t)i, &distances[i],
+            trace_ray(tracer, origins[i], directions[i], INFINITY, (uint32_t)i, &distances[i],
                       hits ? &hits[i] : NULL);
         gather_thread_end(saved);
     }

@@ -1,4 +1,4 @@
-/* cranny_gather: many points over all threads. */
+/* cranny_gather and cranny_gather_sphere: many points over all threads. */
 #include "trace/gather.h"
 #include "trace/tracer.h"
 
@@ -25,6 +25,7 @@ struct job {
     size_t point_count, chunk;
     const float (*positions)[3], (*normals)[3], (*face_normals)[3];
     float (*visibility)[2];
+    float (*harmonics)[2][9]; /* in the open: instead of normals and visibility */
     float *back_fraction;
     atomic_size_t next;
     atomic_bool cancelled;
@@ -43,7 +44,8 @@ static enum cranny_status validate(const struct job *job, const struct cranny_ga
                                    struct cranny_error *why)
 {
     if (!job->tracer ||
-        (job->point_count && (!job->positions || !job->normals || !job->visibility)))
+        (job->point_count &&
+         (!job->positions || !(job->harmonics || (job->normals && job->visibility)))))
         return fail(why, CRANNY_USAGE,
                     "gather: a tracer, positions, normals and an output are needed");
     if (p->rays < 1 || p->rays > 65536)
@@ -61,10 +63,21 @@ static enum cranny_status validate(const struct job *job, const struct cranny_ga
         return fail(why, CRANNY_USAGE, "gather: %zu points; split them into calls of at most %u",
                     job->point_count, UINT32_MAX);
     if (!all_finite(job->positions, job->point_count) ||
-        !all_finite(job->normals, job->point_count) ||
+        (job->normals && !all_finite(job->normals, job->point_count)) ||
         (job->face_normals && !all_finite(job->face_normals, job->point_count)))
         return fail(why, CRANNY_USAGE, "gather: a position or normal holds a NaN or an infinity");
     return CRANNY_OK;
+}
+
+static void sphere_chunk(const struct job *job, size_t first, size_t count)
+{
+    struct gather_sphere results[CHUNK_POINTS_MAX];
+    gather_spheres(job->tracer, job->plan, job->positions + first, count, (uint32_t)first, results);
+    for (size_t i = 0; i < count; i++) {
+        memcpy(job->harmonics[first + i], results[i].harmonics, sizeof results[i].harmonics);
+        if (job->back_fraction)
+            job->back_fraction[first + i] = (float)results[i].back_faces / (float)results[i].rays;
+    }
 }
 
 static void gather_chunk(const struct job *job, size_t first, size_t count)
@@ -98,7 +111,8 @@ static void gather_thread(struct job *job)
         if (first >= job->point_count || atomic_load(&job->cancelled))
             break;
         const size_t left = job->point_count - first;
-        gather_chunk(job, first, left < job->chunk ? left : job->chunk);
+        (job->harmonics ? sphere_chunk : gather_chunk)(job, first,
+                                                       left < job->chunk ? left : job->chunk);
         if (!reports || seconds_now() - reported < HOOK_PERIOD_SECONDS)
             continue;
         reported = seconds_now();
@@ -108,6 +122,35 @@ static void gather_thread(struct job *job)
     gather_thread_end(saved);
 }
 
+static enum cranny_status run_job(struct job *job, const struct cranny_gather_params *params,
+                                  struct cranny_error *why)
+{
+    enum cranny_status status = validate(job, params, why);
+    if (status != CRANNY_OK)
+        return status;
+    struct gather_plan *plan;
+    status = job->harmonics ? gather_plan_create_sphere(params, &plan, why)
+                            : gather_plan_create(params, false, &plan, why);
+    if (status != CRANNY_OK)
+        return status;
+    if (!job->back_fraction)
+        gather_plan_shorten(plan);
+    job->plan = plan;
+    job->hooks = params->hooks;
+    job->chunk = (size_t)max_int(1, min_int(CHUNK_POINTS_MAX, CHUNK_RAYS / params->rays));
+    if (!hook_progress(job->hooks, "trace", 0, (double)job->point_count))
+        atomic_store(&job->cancelled, true);
+#pragma omp parallel num_threads(thread_count(params->threads))
+    gather_thread(job);
+    gather_plan_destroy(&plan);
+    if (!atomic_load(&job->cancelled) &&
+        !hook_progress(job->hooks, "trace", (double)job->point_count, (double)job->point_count))
+        atomic_store(&job->cancelled, true);
+    if (atomic_load(&job->cancelled))
+        return fail(why, CRANNY_CANCELLED, "gather: cancelled");
+    return CRANNY_OK;
+}
+
 enum cranny_status cranny_gather(const struct cranny_tracer *tracer, size_t point_count,
                                  const float (*positions)[3], const float (*normals)[3],
                                  const float (*face_normals)[3],
@@ -115,35 +158,30 @@ enum cranny_status cranny_gather(const struct cranny_tracer *tracer, size_t poin
                                  float *back_fraction, struct cranny_error *why)
 {
     const struct cranny_gather_params defaults = cranny_gather_params_default();
-    params = params ? params : &defaults;
     struct job job = {.tracer = tracer,
-                      .hooks = params->hooks,
                       .point_count = point_count,
                       .positions = positions,
                       .normals = normals,
                       .face_normals = face_normals,
                       .visibility = visibility,
                       .back_fraction = back_fraction};
-    enum cranny_status status = validate(&job, params, why);
-    if (status != CRANNY_OK)
-        return status;
-    struct gather_plan *plan;
-    status = gather_plan_create(params, false, &plan, why);
-    if (status != CRANNY_OK)
-        return status;
-    if (!back_fraction)
-        gather_plan_shorten(plan);
-    job.plan = plan;
-    job.chunk = (size_t)max_int(1, min_int(CHUNK_POINTS_MAX, CHUNK_RAYS / params->rays));
-    if (!hook_progress(job.hooks, "trace", 0, (double)point_count))
-        atomic_store(&job.cancelled, true);
-#pragma omp parallel num_threads(thread_count(params->threads))
-    gather_thread(&job);
-    gather_plan_destroy(&plan);
-    if (!atomic_load(&job.cancelled) &&
-        !hook_progress(job.hooks, "trace", (double)point_count, (double)point_count))
-        atomic_store(&job.cancelled, true);
-    if (atomic_load(&job.cancelled))
-        return fail(why, CRANNY_CANCELLED, "gather: cancelled");
-    return CRANNY_OK;
+    return run_job(&job, params ? params : &defaults, why);
+}
+
+enum cranny_status cranny_gather_sphere(const struct cranny_tracer *tracer, size_t point_count,
+                                        const float (*positions)[3],
+                                        const struct cranny_gather_params *params,
+                                        float (*harmonics)[2][9], float *back_fraction,
+                                        struct cranny_error *why)
+{
+    const struct cranny_gather_params defaults = cranny_gather_params_default();
+    if (point_count && !harmonics)
+        return fail(why, CRANNY_USAGE, "gather: no place for the harmonics");
+    float none[1][2][9]; /* of no points: tells the job what is wanted */
+    struct job job = {.tracer = tracer,
+                      .point_count = point_count,
+                      .positions = positions,
+                      .harmonics = harmonics ? harmonics : none,
+                      .back_fraction = back_fraction};
+    return run_job(&job, params ? params : &defaults, why);
 }

@@ -1,24 +1,11 @@
 /* Building the acceleration structure. Meshes that several instances share get an Embree scene of
  * their own; small or single ones are flattened into the world. */
-#include "trace/tracer.h"
-#include "scene/scene.h"
+#include "trace/build.h"
 
-#include <pthread.h>
+#include "scene/scene.h"
 
 /* Below this many triangles an Embree instance costs more than copies do. */
 #define SHARED_TRIANGLES_MIN 64
-
-struct build {
-    struct cranny_tracer *tracer;
-    const struct cranny_hooks *hooks;
-    int threads;
-    pthread_t caller;
-    double done, weight, total, reported; /* triangles: before this commit, in it, in all */
-    atomic_bool cancelled;
-    atomic_flag failed;
-    enum RTCError error;
-    char text[256];
-};
 
 static void on_error(void *user, enum RTCError error, const char *text)
 {
@@ -50,7 +37,7 @@ static bool on_progress(void *user, double part)
     return !atomic_load(&build->cancelled);
 }
 
-static enum cranny_status build_status(struct build *build, struct cranny_error *why)
+enum cranny_status build_status(struct build *build, struct cranny_error *why)
 {
     if (atomic_load(&build->cancelled))
         return fail(why, CRANNY_CANCELLED, "acceleration structure: cancelled");
@@ -151,8 +138,8 @@ static void add_triangles(struct build *build, RTCScene scene, uint32_t mesh_ind
     rtcReleaseGeometry(geometry);
 }
 
-static void add_mesh(struct build *build, RTCScene scene, uint32_t mesh_index,
-                     const double *world_from_object, bool mirrored, uint32_t first_id)
+void build_add_mesh(struct build *build, RTCScene scene, uint32_t mesh_index,
+                    const double *world_from_object, bool mirrored, uint32_t first_id)
 {
     const struct tracer_mesh *source = &build->tracer->meshes[mesh_index];
     if (!source->counts[TRIANGLE_SOLID] && !source->counts[TRIANGLE_FILTERED])
@@ -168,12 +155,14 @@ static void add_mesh(struct build *build, RTCScene scene, uint32_t mesh_index,
     rtcReleaseBuffer(vertices);
 }
 
-static RTCScene new_scene(struct build *build)
+static RTCScene new_scene(struct build *build, bool trees)
 {
     RTCScene scene = rtcNewScene(build->tracer->device);
     if (!scene)
         return NULL;
     rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_MEDIUM);
+    if (trees)
+        rtcSetSceneFlags(scene, EMBREE_SCENE_FILTERED);
     rtcSetSceneProgressMonitorFunction(scene, on_progress, build);
     return scene;
 }
@@ -186,7 +175,7 @@ static void commit(struct build *build, RTCScene scene, double weight)
     build->done += weight;
 }
 
-static void add_instance(struct build *build, uint32_t index)
+static void add_instance(struct build *build, RTCScene scene, uint32_t index)
 {
     struct cranny_tracer *tracer = build->tracer;
     const struct cranny_instance *instance = cranny_scene_instance(tracer->scene, index);
@@ -201,8 +190,50 @@ static void add_instance(struct build *build, uint32_t index)
     rtcSetGeometryInstancedScene(geometry, tracer->meshes[instance->mesh].scene);
     rtcSetGeometryTransform(geometry, 0, RTC_FORMAT_FLOAT3X4_COLUMN_MAJOR, columns);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometryByID(tracer->world, geometry, 2 * index);
+    rtcAttachGeometryByID(scene, geometry, 2 * index);
     rtcReleaseGeometry(geometry);
+}
+
+/* Roles that are nothing to rays, or dim nothing as the parameters have it, are absent. */
+static enum tracer_kind instance_kind(const struct build *build,
+                                      const struct cranny_instance *instance)
+{
+    if (!cranny_instance_exists(instance))
+        return KIND_ABSENT;
+    if (!build->params->roles)
+        return KIND_SOLID;
+    switch (instance->role) {
+    case CRANNY_ROLE_SOLID:
+        return KIND_SOLID;
+    case CRANNY_ROLE_TREE:
+        return build->params->tree_opacity > 0 ? KIND_TREE : KIND_ABSENT;
+    case CRANNY_ROLE_SHRUB:
+        return build->params->fog_density > 0 ? KIND_FOG : KIND_ABSENT;
+    case CRANNY_ROLE_GRASS:
+    case CRANNY_ROLE_IGNORED:
+        return KIND_ABSENT;
+    }
+    return KIND_ABSENT;
+}
+
+static bool has_triangles(enum tracer_kind kind)
+{
+    return kind == KIND_SOLID || kind == KIND_TREE;
+}
+
+static void plan_instance(struct build *build, uint32_t index, uint32_t uses)
+{
+    struct cranny_tracer *tracer = build->tracer;
+    const struct cranny_instance *instance = cranny_scene_instance(tracer->scene, index);
+    struct tracer_instance *target = &tracer->instances[index];
+    double inverse[9];
+    const bool regular = transform_inverse3(instance->world_from_object, inverse);
+    const uint32_t triangles = cranny_scene_mesh(tracer->scene, instance->mesh)->triangle_count;
+    target->shared = regular && uses > 1 && triangles >= SHARED_TRIANGLES_MIN;
+    target->mirrored = !target->shared && transform_determinant(instance->world_from_object) < 0;
+    for (int k = 0; k < 9; k++)
+        target->object_from_world[k] = (float)inverse[k];
+    build->total += target->shared ? 1 : triangles;
 }
 
 /* Decide per instance between sharing and flattening; count what will be built. */
@@ -213,21 +244,19 @@ static enum cranny_status plan_instances(struct build *build, struct cranny_erro
     uint32_t *uses = alloc_array(cranny_scene_mesh_count(tracer->scene), sizeof *uses);
     if (!uses)
         return fail_memory(why, "acceleration structure");
-    for (uint32_t i = 0; i < instance_count; i++)
-        uses[cranny_scene_instance(tracer->scene, i)->mesh]++;
     for (uint32_t i = 0; i < instance_count; i++) {
         const struct cranny_instance *instance = cranny_scene_instance(tracer->scene, i);
-        struct tracer_instance *target = &tracer->instances[i];
-        double inverse[9];
-        const bool regular = transform_inverse3(instance->world_from_object, inverse);
-        const uint32_t triangles = cranny_scene_mesh(tracer->scene, instance->mesh)->triangle_count;
-        target->shared = regular && uses[instance->mesh] > 1 && triangles >= SHARED_TRIANGLES_MIN;
-        target->mirrored =
-            !target->shared && transform_determinant(instance->world_from_object) < 0;
-        for (int k = 0; k < 9; k++)
-            target->object_from_world[k] = (float)inverse[k];
-        build->total += target->shared ? 1 : triangles;
+        const enum tracer_kind kind = instance_kind(build, instance);
+        tracer->instances[i].kind = kind;
+        uses[instance->mesh] += has_triangles(kind);
+        tracer->meshes[instance->mesh].used |= kind != KIND_ABSENT;
+        tracer->meshes[instance->mesh].tree |= kind == KIND_TREE;
+        tracer->built.solids += kind == KIND_SOLID;
+        tracer->built.trees += kind == KIND_TREE;
     }
+    for (uint32_t i = 0; i < instance_count; i++)
+        if (has_triangles(tracer->instances[i].kind))
+            plan_instance(build, i, uses[cranny_scene_instance(tracer->scene, i)->mesh]);
     free(uses);
     return CRANNY_OK;
 }
@@ -241,8 +270,8 @@ static enum cranny_status build_shared(struct build *build, struct cranny_error 
     for (uint32_t i = 0; i < count; i++) {
         const uint32_t mesh = cranny_scene_instance(tracer->scene, i)->mesh;
         if (!tracer->instances[i].shared || tracer->meshes[mesh].scene)
-            continue;
-        tracer->meshes[mesh].scene = new_scene(build);
+            continue; /* neither absent instances nor fog are shared */
+        tracer->meshes[mesh].scene = new_scene(build, tracer->meshes[mesh].tree);
         if (!tracer->meshes[mesh].scene)
             break;
         build->total += cranny_scene_mesh(tracer->scene, mesh)->triangle_count;
@@ -251,35 +280,51 @@ static enum cranny_status build_shared(struct build *build, struct cranny_error 
     for (uint32_t m = 0; m < mesh_count && status == CRANNY_OK; m++) {
         if (!tracer->meshes[m].scene)
             continue;
-        add_mesh(build, tracer->meshes[m].scene, m, NULL, false, 0);
+        const uint64_t before = cranny_tracer_bytes(tracer);
+        build_add_mesh(build, tracer->meshes[m].scene, m, NULL, false, 0);
         commit(build, tracer->meshes[m].scene, cranny_scene_mesh(tracer->scene, m)->triangle_count);
+        if (tracer->meshes[m].tree)
+            tracer->built.tree_bytes += cranny_tracer_bytes(tracer) - before;
         status = build_status(build, why);
     }
     return status;
 }
 
-static enum cranny_status build_world(struct build *build, struct cranny_error *why)
+/* All instances of one kind into a scene. */
+static enum cranny_status build_kind(struct build *build, enum tracer_kind kind, RTCScene *scene,
+                                     struct cranny_error *why)
 {
     struct cranny_tracer *tracer = build->tracer;
     const uint32_t count = cranny_scene_instance_count(tracer->scene);
     double weight = 0;
-    tracer->world = new_scene(build);
-    for (uint32_t i = 0; i < count && tracer->world; i++) {
+    *scene = new_scene(build, kind == KIND_TREE);
+    for (uint32_t i = 0; i < count && *scene; i++) {
         const struct cranny_instance *instance = cranny_scene_instance(tracer->scene, i);
+        if (tracer->instances[i].kind != kind)
+            continue;
         if (tracer->instances[i].shared) {
-            add_instance(build, i);
+            add_instance(build, *scene, i);
             weight += 1;
         } else {
-            add_mesh(build, tracer->world, instance->mesh, instance->world_from_object,
-                     tracer->instances[i].mirrored, 2 * i);
+            build_add_mesh(build, *scene, instance->mesh, instance->world_from_object,
+                           tracer->instances[i].mirrored, 2 * i);
             weight += cranny_scene_mesh(tracer->scene, instance->mesh)->triangle_count;
         }
         if (i % 64 == 0 && build_status(build, why) != CRANNY_OK)
             return build_status(build, why);
     }
-    if (tracer->world)
-        commit(build, tracer->world, weight);
+    if (*scene)
+        commit(build, *scene, weight);
     return build_status(build, why);
+}
+
+static enum cranny_status build_trees(struct build *build, struct cranny_error *why)
+{
+    struct cranny_tracer *tracer = build->tracer;
+    const uint64_t before = cranny_tracer_bytes(tracer);
+    const enum cranny_status status = build_kind(build, KIND_TREE, &tracer->trees, why);
+    tracer->built.tree_bytes += cranny_tracer_bytes(tracer) - before;
+    return status;
 }
 
 static enum cranny_status build_all(struct build *build, struct cranny_error *why)
@@ -294,15 +339,18 @@ static enum cranny_status build_all(struct build *build, struct cranny_error *wh
     tracer->instances = alloc_array(instance_count, sizeof *tracer->instances);
     if (!tracer->meshes || !tracer->instances)
         return fail_memory(why, "acceleration structure");
-    enum cranny_status status = CRANNY_OK;
+    enum cranny_status status = plan_instances(build, why);
     for (uint32_t m = 0; m < mesh_count && status == CRANNY_OK; m++)
-        status = classify(build, m, why);
-    if (status == CRANNY_OK)
-        status = plan_instances(build, why);
+        if (tracer->meshes[m].used)
+            status = classify(build, m, why);
     if (status == CRANNY_OK)
         status = build_shared(build, why);
     if (status == CRANNY_OK)
-        status = build_world(build, why);
+        status = build_kind(build, KIND_SOLID, &tracer->world, why);
+    if (status == CRANNY_OK && tracer->built.trees)
+        status = build_trees(build, why);
+    if (status == CRANNY_OK)
+        status = build_fog(build, why);
     return status;
 }
 
@@ -321,8 +369,10 @@ static enum cranny_status open_device(struct build *build, struct cranny_error *
     return CRANNY_OK;
 }
 
-static void place_ground(struct cranny_tracer *tracer, const struct cranny_tracer_params *params)
+static void set_params(struct cranny_tracer *tracer, const struct cranny_tracer_params *params)
 {
+    tracer->dimming = params->dimming;
+    tracer->tree_opacity = params->tree_opacity;
     tracer->ground = params->ground;
     tracer->ground_height = params->ground_height;
     if (!params->ground || !isnan(params->ground_height))
@@ -334,7 +384,28 @@ static void place_ground(struct cranny_tracer *tracer, const struct cranny_trace
 
 struct cranny_tracer_params cranny_tracer_params_default(void)
 {
-    return (struct cranny_tracer_params){.ground_height = NAN};
+    return (struct cranny_tracer_params){.ground_height = NAN,
+                                         .dimming = CRANNY_DIMMING_KERNEL,
+                                         .tree_opacity = 0.5f,
+                                         .fog_density = 1};
+}
+
+static enum cranny_status check_params(const struct cranny_tracer_params *params,
+                                       struct cranny_error *why)
+{
+    if (params->threads < 0 || isinf(params->ground_height))
+        return fail(why, CRANNY_USAGE,
+                    "tracer: threads must be 0 or more, ground_height finite or NaN");
+    if ((unsigned)params->dimming > CRANNY_DIMMING_PLAIN || !(params->tree_opacity >= 0) ||
+        !(params->tree_opacity <= 1))
+        return fail(why, CRANNY_USAGE,
+                    "tracer: tree_opacity is %g; it must lie in [0, 1], and "
+                    "dimming be one of enum cranny_dimming",
+                    (double)params->tree_opacity);
+    if (!(params->fog_density >= 0) || !isfinite(params->fog_density))
+        return fail(why, CRANNY_USAGE, "tracer: fog_density is %g; it must be 0 or more and finite",
+                    (double)params->fog_density);
+    return CRANNY_OK;
 }
 
 enum cranny_status cranny_tracer_create(const struct cranny_scene *scene,
@@ -344,28 +415,37 @@ enum cranny_status cranny_tracer_create(const struct cranny_scene *scene,
     const struct cranny_tracer_params defaults = cranny_tracer_params_default();
     params = params ? params : &defaults;
     *tracer = NULL;
-    if (params->threads < 0 || isinf(params->ground_height))
-        return fail(why, CRANNY_USAGE,
-                    "tracer: threads must be 0 or more, ground_height finite or NaN");
+    enum cranny_status status = check_params(params, why);
+    if (status != CRANNY_OK)
+        return status;
+    const double start = seconds_now();
     struct cranny_tracer *made = alloc_array(1, sizeof *made);
     if (!made)
         return fail_memory(why, "acceleration structure");
     made->scene = scene;
-    place_ground(made, params);
+    set_params(made, params);
     struct build build = {.tracer = made,
+                          .params = params,
                           .hooks = params->hooks,
                           .threads = thread_count(params->threads),
                           .caller = pthread_self(),
                           .failed = ATOMIC_FLAG_INIT};
-    enum cranny_status status = open_device(&build, why);
+    status = open_device(&build, why);
     if (status == CRANNY_OK)
         status = build_all(&build, why);
     if (made->device)
         rtcSetDeviceErrorFunction(made->device, NULL, NULL);
+    made->built.seconds = seconds_now() - start;
     if (status != CRANNY_OK)
         cranny_tracer_destroy(&made);
     *tracer = made;
     return status;
+}
+
+static void release_scene(RTCScene scene)
+{
+    if (scene)
+        rtcReleaseScene(scene);
 }
 
 void cranny_tracer_destroy(struct cranny_tracer **tracer)
@@ -373,12 +453,12 @@ void cranny_tracer_destroy(struct cranny_tracer **tracer)
     if (!tracer || !*tracer)
         return;
     struct cranny_tracer *t = *tracer;
-    if (t->world)
-        rtcReleaseScene(t->world);
+    release_scene(t->world);
+    release_scene(t->trees);
+    release_scene(t->fog);
     const uint32_t mesh_count = t->meshes ? cranny_scene_mesh_count(t->scene) : 0;
     for (uint32_t m = 0; m < mesh_count; m++) {
-        if (t->meshes[m].scene)
-            rtcReleaseScene(t->meshes[m].scene);
+        release_scene(t->meshes[m].scene);
         for (int class = 0; class < TRIANGLE_CLASSES; class ++)
             free(t->meshes[m].triangles[class]);
     }
@@ -386,6 +466,7 @@ void cranny_tracer_destroy(struct cranny_tracer **tracer)
         rtcReleaseDevice(t->device);
     free(t->meshes);
     free(t->instances);
+    free(t->boxes);
     free(t);
     *tracer = NULL;
 }
@@ -394,4 +475,10 @@ uint64_t cranny_tracer_bytes(const struct cranny_tracer *tracer)
 {
     const long long bytes = atomic_load(&tracer->bytes);
     return bytes > 0 ? (uint64_t)bytes : 0;
+}
+
+void cranny_tracer_get_info(const struct cranny_tracer *tracer, struct cranny_tracer_info *info)
+{
+    *info = tracer->built;
+    info->bytes = cranny_tracer_bytes(tracer);
 }

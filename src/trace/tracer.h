@@ -18,29 +18,47 @@ enum triangle_class {
     TRIANGLE_IGNORED, /* no hit ever counts: not in the structure */
 };
 
+/* What an instance is to rays. */
+enum tracer_kind { KIND_ABSENT, KIND_SOLID, KIND_TREE, KIND_FOG };
+
 enum mesh_sides { SIDES_SINGLE, SIDES_DOUBLE, SIDES_MIXED };
 
 struct tracer_mesh {
     uint32_t counts[TRIANGLE_CLASSES];
     uint32_t *triangles[TRIANGLE_CLASSES]; /* primitive → triangle; NULL: the same number */
     enum mesh_sides sides;
-    RTCScene scene; /* NULL: no instance shares it */
+    RTCScene scene;  /* NULL: no instance shares it */
+    bool used, tree; /* by anything, by a tree */
 };
 
 struct tracer_instance {
-    bool shared;   /* an Embree instance; else flattened into the world */
+    enum tracer_kind kind;
+    bool shared;   /* an Embree instance; else flattened into the world or the trees */
     bool mirrored; /* flattened with its winding turned round, so that front faces stay front */
     float object_from_world[9];
+};
+
+/* A box of fog: the cube from −1 to 1 in a space of its own, which `unit_from_world` (3 rows of 4)
+ * leads to. A step of 1 m along d takes |weight ∘ unit d| of optical depth. */
+struct fog_box {
+    float unit_from_world[12];
+    float weight[3]; /* density times half the box's sides, in the mesh's own space */
+    uint32_t instance;
 };
 
 struct cranny_tracer {
     const struct cranny_scene *scene;
     RTCDevice device;
     RTCScene world;
+    RTCScene trees, fog; /* NULL: none, and rays are not dimmed by them */
+    struct fog_box *boxes;
     struct tracer_mesh *meshes;
     struct tracer_instance *instances;
     bool ground;
     float ground_height;
+    enum cranny_dimming dimming;
+    float tree_opacity;
+    struct cranny_tracer_info built; /* all but `bytes` */
     atomic_llong bytes;
 };
 
@@ -79,10 +97,16 @@ void alpha_filter(const struct RTCFilterFunctionNArguments *args);
 enum triangle_class alpha_class(const struct cranny_scene *scene, const struct cranny_mesh *mesh,
                                 uint32_t triangle);
 
-/* The nearest surface along one ray, for one thread; `id` decides the dice of blended surfaces.
- * `hit` may be NULL. (hits.c) */
+/* The nearest surface along one ray, at most `reach` away, for one thread; `id` decides the dice of
+ * blended surfaces. `hit` may be NULL. (hits.c) */
 void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
-               uint32_t id, float *distance, struct cranny_hit *hit);
+               float reach, uint32_t id, float *distance, struct cranny_hit *hit);
+
+/* Whether anything lies on the way that dims a ray. */
+static inline bool tracer_dims(const struct cranny_tracer *tracer)
+{
+    return tracer->trees || tracer->fog;
+}
 
 #define RAY_BLOCK 64
 
@@ -101,6 +125,14 @@ struct ray_block {
  * ray's answer depends on nothing but its block. (packets.c) */
 void ray_block_trace(const struct cranny_tracer *tracer, enum cranny_packet packet,
                      const float origin[3], struct ray_block *block, int count);
+
+/* What trees and fog on the way make of a block's values of ρ, after ray_block_trace. (dim.c) */
+void ray_block_dim(const struct cranny_tracer *tracer, enum cranny_packet packet,
+                   enum cranny_kernel kernel, const float distances[2], const float origin[3],
+                   const struct ray_block *block, int count, float values[2][RAY_BLOCK]);
+
+/* The callback of the fog's user geometry, for ray_block_dim. (dim.c) */
+void fog_intersect(const struct RTCIntersectFunctionNArguments *args);
 
 /* How far above its face a ray must start, in metres. (offset.c) */
 float ray_offset(const float position[3], float extent);

@@ -116,7 +116,7 @@ static enum cranny_status add_mesh(struct maker *m, uint32_t mesh_index, bool qu
     enum cranny_status status = CRANNY_OK;
     for (uint32_t i = 0; i < cranny_scene_instance_count(m->scene) && status == CRANNY_OK; i++) {
         const struct cranny_instance *instance = cranny_scene_instance(m->scene, i);
-        if (instance->mesh != mesh_index)
+        if (instance->mesh != mesh_index || !cranny_instance_exists(instance))
             continue;
         if (!faces) {
             status = faces_find(mesh, quads, m->threads, &faces, &count, why);
