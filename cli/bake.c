@@ -50,9 +50,10 @@ static const struct option bake_rows[] = {
      .type = OPTION_TEXT,
      .offset = offsetof(struct bake_options, cache),
      .value = "DIR",
-     .help = "folder that keeps what the next bake of SCENE with the same parameters can take over: "
-             "all that no change reaches by more than reuse_limit (about 10 bytes a sample; made "
-             "when missing, may be deleted at any time)"},
+     .help =
+         "folder that keeps what the next bake of SCENE with the same parameters can take over: "
+         "all that no change reaches by more than reuse_limit (about 10 bytes a sample; made "
+         "when missing, may be deleted at any time)"},
     {.name = "ground",
      .type = OPTION_OPTIONAL,
      .offset = offsetof(struct bake_options, ground),

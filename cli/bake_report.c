@@ -90,8 +90,8 @@ static const struct {
 
 const char *bake_reuse_text(const struct cranny_bake_report *r, char text[160])
 {
-    const uint64_t changes = r->added_occluders > r->removed_occluders ? r->added_occluders
-                                                                       : r->removed_occluders;
+    const uint64_t changes =
+        r->added_occluders > r->removed_occluders ? r->added_occluders : r->removed_occluders;
     if (r->reuse == CRANNY_REUSE_OFF)
         return NULL;
     if (r->reuse != CRANNY_REUSE_DONE)

@@ -151,8 +151,8 @@ static enum cranny_status trace_samples(struct run *run, struct pass *pass,
         return CRANNY_OK;
     struct cranny_bake_report *report = &run->bake->report;
     const double begin = seconds_now();
-    enum cranny_status status =
-        samples_collect(&pass->plan, run->tracer, run->params, run->bake->cache, &pass->samples, why);
+    enum cranny_status status = samples_collect(&pass->plan, run->tracer, run->params,
+                                                run->bake->cache, &pass->samples, why);
     report->seconds_trace = seconds_now() - begin;
     const size_t kept = run->bake->cache ? sizeof(struct kept) : 0;
     report->bytes_samples = pass->plan.sample_count * (sizeof(struct sample) + 1 + kept) +

@@ -148,8 +148,8 @@ static struct scene_state scene_state(const struct cache *cache, const struct pl
     double bounds[6];
     cranny_scene_bounds(plan->scene, bounds);
     if (cache->params->ground)
-        state.ground_height = isnan(cache->params->ground_height) ? (float)bounds[1]
-                                                                  : cache->params->ground_height;
+        state.ground_height =
+            isnan(cache->params->ground_height) ? (float)bounds[1] : cache->params->ground_height;
     return state;
 }
 
@@ -253,8 +253,8 @@ struct cache_samples cache_find_samples(const struct cache *cache, const struct 
 {
     const struct target *wanted = &plan->targets[target];
     size_t size, pick_size = 0;
-    struct cache_samples found = {
-        .kept = state_find(&cache->old, STATE_SAMPLES, wanted->key, &size)};
+    struct cache_samples found = {.kept =
+                                      state_find(&cache->old, STATE_SAMPLES, wanted->key, &size)};
     if (!found.kept || size != wanted->sample_count * sizeof *found.kept)
         return (struct cache_samples){.kept = NULL};
     if (wanted->instance_count == 1)

@@ -132,10 +132,10 @@ static uint64_t occluder_key(const struct cranny_scene *scene, uint32_t index,
                              const struct mesh_facts *mesh)
 {
     const struct cranny_instance *instance = &scene->instances[index].view;
-    const bool shared = mesh->uses > 1 && scene->meshes[instance->mesh].view.triangle_count >=
-                                              SHARED_TRIANGLES;
-    uint64_t key = hash_bytes(mesh->look, instance->world_from_object,
-                              sizeof instance->world_from_object);
+    const bool shared =
+        mesh->uses > 1 && scene->meshes[instance->mesh].view.triangle_count >= SHARED_TRIANGLES;
+    uint64_t key =
+        hash_bytes(mesh->look, instance->world_from_object, sizeof instance->world_from_object);
     key = hash_word(key, (uint64_t)instance->role << 1 | shared);
     if (mesh->blended)
         key = hash_word(key, (uint64_t)index << 32 | mesh->first_fog);
@@ -178,8 +178,8 @@ enum cranny_status occluders_list(const struct cranny_scene *scene, struct occlu
 {
     struct mesh_facts *facts = alloc_array(scene->mesh_count, sizeof *facts);
     *list = (struct occluders){.items = alloc_array(scene->instance_count, sizeof *list->items)};
-    enum cranny_status status = facts && list->items ? learn_meshes(scene, facts, why)
-                                                     : fail_memory(why, "cache");
+    enum cranny_status status =
+        facts && list->items ? learn_meshes(scene, facts, why) : fail_memory(why, "cache");
     for (uint32_t i = 0; status == CRANNY_OK && i < scene->instance_count; i++) {
         const struct cranny_instance *instance = &scene->instances[i].view;
         if (!is_occluder(instance))

@@ -8,8 +8,8 @@
 
 /* An instance that rays meet. */
 struct occluder {
-    uint64_t key; /* of all that rays notice: shape, materials, place, role */
-    uint64_t fog; /* 1: a box of fog */
+    uint64_t key;  /* of all that rays notice: shape, materials, place, role */
+    uint64_t fog;  /* 1: a box of fog */
     double box[6]; /* world: min xyz, max xyz; a little larger than what rays may meet */
 };
 

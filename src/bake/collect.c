@@ -42,8 +42,8 @@ struct collector {
     const struct gather_plan *gather; /* of the rays that cached samples would have */
     struct cache *cache;              /* NULL: none */
     struct cache_samples *old;        /* per target, with a cache */
-    const struct sheets *sheets; /* NULL: all triangles from the front; else the turned ones */
-    int batch_limit;             /* points traced without a look at the cancel flag */
+    const struct sheets *sheets;      /* NULL: all triangles from the front; else the turned ones */
+    int batch_limit;                  /* points traced without a look at the cancel flag */
     struct watch watch;
 };
 
@@ -228,8 +228,8 @@ static const struct kept *find_kept(const struct collector *collector, const str
         return NULL;
     const struct plan *plan = collector->plan;
     const struct cache_samples *old = &collector->old[target - plan->targets];
-    if (!old->kept || (old->picks && picked_place(old, pick_number(plan, triangle, s)) !=
-                                         plan->places[instance]))
+    if (!old->kept ||
+        (old->picks && picked_place(old, pick_number(plan, triangle, s)) != plan->places[instance]))
         return NULL;
     return &old->kept[target->sample_start[triangle] + s];
 }
@@ -383,8 +383,8 @@ struct cranny_gather_params bake_gather_params(const struct cranny_bake_params *
     return gather;
 }
 
-static enum cranny_status samples_alloc(const struct plan *plan, bool keep,
-                                        struct samples *samples, struct cranny_error *why)
+static enum cranny_status samples_alloc(const struct plan *plan, bool keep, struct samples *samples,
+                                        struct cranny_error *why)
 {
     *samples = (struct samples){0};
     samples->values = alloc_array(plan->sample_count, sizeof *samples->values);

@@ -40,7 +40,8 @@ enum cranny_status samples_collect(const struct plan *plan, const struct cranny_
 
 /* Where samples get their values when it is not from rays: fill results[count] for points on the
  * given instances. A result of which all rays are back faces is invalid. Called from many threads,
- * each between gather_thread_begin and _end. `skip` (may be NULL): targets without need of samples. */
+ * each between gather_thread_begin and _end. `skip` (may be NULL): targets without need of samples.
+ */
 typedef void sample_source_fn(void *user, const struct gather_point *points,
                               const uint32_t *instances, size_t count,
                               struct gather_result *results);

@@ -23,7 +23,7 @@ struct model {
     uint32_t mesh, set;
     struct probe *probes;
     uint32_t probe_count;
-    uint64_t shape; /* mesh_shape_key, with a cache */
+    uint64_t shape;          /* mesh_shape_key, with a cache */
     double center[3], scale; /* of its box, for the conditioning of the fit */
 };
 

@@ -24,9 +24,9 @@ struct transfer {
 /* For the cache: what a level's values follow from. */
 struct inputs {
     const struct cranny_bake *bake;
-    uint64_t *looks;   /* per mesh */
-    uint64_t *values;  /* per set */
-    uint32_t *finest;  /* instances of finest levels, which the rays meet */
+    uint64_t *looks;    /* per mesh */
+    uint64_t *values;   /* per set */
+    uint32_t *finest;   /* instances of finest levels, which the rays meet */
     double (*boxes)[6]; /* of these */
     size_t finest_count;
     bool blended; /* rays throw dice, into which an instance's number goes */
@@ -254,9 +254,8 @@ static enum cranny_status resample_and_fit(struct pass *pass, struct transfer *t
 {
     struct cranny_bake_report *report = &pass->bake->report;
     double begin = seconds_now();
-    enum cranny_status status = samples_collect_from(&pass->plan, transfer_source, transfer,
-                                                     pass->params, transfer->found, &pass->samples,
-                                                     why);
+    enum cranny_status status = samples_collect_from(
+        &pass->plan, transfer_source, transfer, pass->params, transfer->found, &pass->samples, why);
     report->seconds_resample += seconds_now() - begin;
     report->lod_samples = pass->plan.sample_count;
     report->lod_missed += pass->samples.invalid;

@@ -101,8 +101,7 @@ static enum cranny_status keep_values(struct pass *pass, struct cranny_error *wh
         const size_t size =
             kept_values_size(plan_mesh(&pass->plan, &pass->plan.targets[i])->vertex_count);
         cache->reused_sets += entry->found != NULL;
-        if (entry->found &&
-            !state_add(&cache->next, STATE_VALUES, entry->key, entry->found, size))
+        if (entry->found && !state_add(&cache->next, STATE_VALUES, entry->key, entry->found, size))
             return fail_memory(why, "cache");
         if (!entry->made)
             continue;

@@ -17,8 +17,8 @@ struct pass {
     struct cranny_bake *bake; /* gets the sets */
     struct plan plan;
     struct samples samples;
-    struct cache *cache;        /* NULL: none */
-    struct pass_entry *entries; /* per target, with a cache */
+    struct cache *cache;                /* NULL: none */
+    struct pass_entry *entries;         /* per target, with a cache */
     const struct cranny_tracer *tracer; /* during pass_fit */
     int threads;
     struct watch watch;      /* of the fit */

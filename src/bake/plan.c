@@ -7,8 +7,8 @@
 
 /* Instances' worth of samples that a shared set of values gets at most. */
 #define SHARED_WORTH 4u
-/* Steps of density and of a shared set's scale, in logarithms to the base 2. Other objects that come
- * or go seldom lead to another step, and then only samples all over have to be placed anew. */
+/* Steps of density and of a shared set's scale, in logarithms to the base 2. Other objects that
+ * come or go seldom lead to another step, and then only samples all over have to be placed anew. */
 #define DENSITY_STEP 0.125
 #define SCALE_STEP 0.03125
 /* Area over squared longest edge below which float vertices hold no normal. */
@@ -190,8 +190,7 @@ static void measure_target(struct plan *plan, struct target *target)
     if (target->instance_count > 1) {
         const double object = mesh_area(identity, mesh);
         const double exact = object > 0 ? sqrt(target->area / object) : 0;
-        const double scale =
-            exact > 0 ? exp2(SCALE_STEP * round(log2(exact) / SCALE_STEP)) : 0;
+        const double scale = exact > 0 ? exp2(SCALE_STEP * round(log2(exact) / SCALE_STEP)) : 0;
         target->area = object > 0 ? target->area : 0;
         for (int k = 0; k < 9; k++)
             target->metric[k] = identity[k] * scale;
@@ -271,8 +270,8 @@ static enum cranny_status choose_density(struct plan *plan, const struct cranny_
 
 uint64_t mesh_shape_key(const struct cranny_mesh *mesh)
 {
-    uint64_t key = hash_bytes(HASH_BEGIN, mesh->positions,
-                              mesh->vertex_count * sizeof *mesh->positions);
+    uint64_t key =
+        hash_bytes(HASH_BEGIN, mesh->positions, mesh->vertex_count * sizeof *mesh->positions);
     if (mesh->normals)
         key = hash_bytes(key, mesh->normals, mesh->vertex_count * sizeof *mesh->normals);
     return hash_bytes(key, mesh->triangles, mesh->triangle_count * sizeof *mesh->triangles);

@@ -91,7 +91,7 @@ enum cranny_status state_read(const char *path, uint64_t key, uint64_t limit,
     *found = STATE_MISSING;
     if (stat(path, &info) != 0 && errno == ENOENT)
         return CRANNY_OK;
-    const char *problem = !S_ISREG(info.st_mode)             ? "it is no file"
+    const char *problem = !S_ISREG(info.st_mode)           ? "it is no file"
                           : (uint64_t)info.st_size > limit ? "it is too large for this scene"
                                                            : NULL;
     if (!problem) {
@@ -119,9 +119,9 @@ const void *state_find(const struct state *state, enum state_kind kind, uint64_t
 {
     const struct state_record wanted = {.kind = kind, .key = key};
     const struct state_record *record =
-        state->count ? bsearch(&wanted, state->records, state->count, sizeof wanted,
-                               compare_records)
-                     : NULL;
+        state->count
+            ? bsearch(&wanted, state->records, state->count, sizeof wanted, compare_records)
+            : NULL;
     *size = record ? (size_t)record->size : 0;
     return record ? state->bytes + record->offset : NULL;
 }
@@ -135,8 +135,8 @@ bool state_add(struct state_list *list, enum state_kind kind, uint64_t key, cons
                     sizeof *list->data))
         return false;
     /* The number of its data, until offsets are known. */
-    list->records[list->count] = (struct state_record){
-        .key = key, .kind = kind, .offset = list->count, .size = size};
+    list->records[list->count] =
+        (struct state_record){.key = key, .kind = kind, .offset = list->count, .size = size};
     list->data[list->count++] = data;
     return true;
 }
