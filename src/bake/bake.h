@@ -13,6 +13,7 @@ struct value_set {
     uint32_t mesh, instance_first, instance_count;
     uint32_t vertex_count;
     float *values; /* the channels, one after the other */
+    uint64_t key;  /* of the values in the cache; 0: they are not there */
     double area;
     uint64_t samples;
     struct fit_report fit;

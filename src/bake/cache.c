@@ -248,20 +248,28 @@ enum cranny_status cache_keep(struct cache *cache, enum state_kind kind, uint64_
     return state_add(&cache->next, kind, key, data, size) ? CRANNY_OK : fail_memory(why, "cache");
 }
 
-struct cache_samples cache_find_samples(const struct cache *cache, const struct plan *plan,
-                                        size_t target)
+struct cache_samples cache_find_samples(const struct cache *cache, const struct target *target)
 {
-    const struct target *wanted = &plan->targets[target];
     size_t size, pick_size = 0;
-    struct cache_samples found = {.kept =
-                                      state_find(&cache->old, STATE_SAMPLES, wanted->key, &size)};
-    if (!found.kept || size != wanted->sample_count * sizeof *found.kept)
+    struct cache_samples found = {
+        .kept = state_find(&cache->old, STATE_SAMPLES, target->key, &size)};
+    if (!found.kept || size != target->sample_count * sizeof *found.kept)
         return (struct cache_samples){.kept = NULL};
-    if (wanted->instance_count == 1)
+    if (target->instance_count == 1)
         return found;
-    found.picks = state_find(&cache->old, STATE_PICKS, wanted->key, &pick_size);
+    found.picks = state_find(&cache->old, STATE_PICKS, target->key, &pick_size);
     found.pick_count = (uint32_t)(pick_size / sizeof *found.picks);
     return found.picks && found.pick_count ? found : (struct cache_samples){.kept = NULL};
+}
+
+bool cache_add_drift(const struct cache *cache, float reach, struct kept *kept)
+{
+    const float limit = cache->params->reuse_limit;
+    if (!(reach > 0))
+        return true;
+    const float drift = limit > 0 ? ceilf((float)kept->drift + reach * (255 / limit)) : INFINITY;
+    kept->drift = (uint8_t)fminf(drift, 255);
+    return drift <= 255;
 }
 
 bool cache_stands(const struct cache *cache, const struct gather_plan *gather,
@@ -275,18 +283,7 @@ bool cache_stands(const struct cache *cache, const struct gather_plan *gather,
     const float reach =
         gather_reach(gather, point, (const float(*)[6])cache->change.boxes, cache->change.box_count,
                      cache->params->dimming == CRANNY_DIMMING_PLAIN);
-    if (!(reach > 0))
-        return true;
-    const float limit = cache->params->reuse_limit;
-    const float drift = limit > 0 ? ceilf(old->drift + reach * (255 / limit)) : INFINITY;
-    kept->drift = (uint8_t)fminf(drift, 255);
-    return drift <= 255;
-}
-
-void cache_count_samples(struct cache *cache, uint64_t reused, uint64_t traced)
-{
-    cache->reused_samples += reused;
-    cache->news |= traced > 0;
+    return cache_add_drift(cache, reach, kept);
 }
 
 static enum cranny_status keep_picks(struct cache *cache, const struct plan *plan,

@@ -59,16 +59,15 @@ struct cache_samples {
     const struct pick *picks; /* NULL: one instance has them all */
     uint32_t pick_count;
 };
-struct cache_samples cache_find_samples(const struct cache *cache, const struct plan *plan,
-                                        size_t target);
+struct cache_samples cache_find_samples(const struct cache *cache, const struct target *target);
+
+/* What may still be added to a sample's drift, out of reuse_limit; false: it must be taken anew. */
+bool cache_add_drift(const struct cache *cache, float reach, struct kept *kept);
 
 /* Whether kept rays stand for a point's: then `kept` has what they count as now. For one thread.
  * NULL in place of `old`: they do not. */
 bool cache_stands(const struct cache *cache, const struct gather_plan *gather,
                   const struct gather_point *point, const struct kept *old, struct kept *kept);
-
-/* How many were taken over, and how many were not. */
-void cache_count_samples(struct cache *cache, uint64_t reused, uint64_t traced);
 
 /* Keep the samples; takes samples->kept over. */
 enum cranny_status cache_keep_samples(struct cache *cache, const struct plan *plan,

@@ -39,9 +39,7 @@ struct collector {
     sample_source_fn *source;
     void *source_user;
     struct samples *samples;
-    const struct gather_plan *gather; /* of the rays that cached samples would have */
-    struct cache *cache;              /* NULL: none */
-    struct cache_samples *old;        /* per target, with a cache */
+    struct sample_reuse *reuse; /* NULL: none */
     const struct sheets *sheets;      /* NULL: all triangles from the front; else the turned ones */
     int batch_limit;                  /* points traced without a look at the cancel flag */
     struct watch watch;
@@ -224,10 +222,10 @@ static uint64_t picked_place(const struct cache_samples *old, double u)
 static const struct kept *find_kept(const struct collector *collector, const struct target *target,
                                     uint32_t triangle, uint32_t s, uint32_t instance)
 {
-    if (!collector->cache || collector->sheets)
+    if (!collector->reuse || collector->sheets)
         return NULL;
     const struct plan *plan = collector->plan;
-    const struct cache_samples *old = &collector->old[target - plan->targets];
+    const struct cache_samples *old = &collector->reuse->old[target - plan->targets];
     if (!old->kept ||
         (old->picks && picked_place(old, pick_number(plan, triangle, s)) != plan->places[instance]))
         return NULL;
@@ -236,13 +234,11 @@ static const struct kept *find_kept(const struct collector *collector, const str
 
 /* Take a sample over, if it stands. */
 static bool reuse_sample(struct collector *collector, const struct kept *old, uint64_t id,
-                         struct batch *batch)
+                         uint32_t instance, struct batch *batch)
 {
     struct kept kept;
-    if (!collector->cache || collector->sheets)
-        return false;
-    if (!cache_stands(collector->cache, collector->gather, &batch->points[batch->count], old,
-                      &kept))
+    if (!old || !collector->reuse->stands(collector->reuse->user, &batch->points[batch->count],
+                                          instance, old, &kept))
         return false;
     set_sample(collector, id, &kept);
     batch->reused++;
@@ -273,7 +269,8 @@ static void collect_triangle(struct collector *collector, const struct target *t
         const uint32_t number = target->sequence + first + s;
         sample_barycentrics(plan->shift, number, l);
         make_point(&placed, l, number, collector->sheets ? -1 : 1, &batch->points[batch->count]);
-        if (reuse_sample(collector, find_kept(collector, target, triangle, s, instance), id, batch))
+        const struct kept *old = find_kept(collector, target, triangle, s, instance);
+        if (reuse_sample(collector, old, id, instance, batch))
             continue;
         batch->instances[batch->count] = instance;
         batch->ids[batch->count++] = id;
@@ -314,8 +311,10 @@ static void collect_all(struct collector *collector, const struct work_list *lis
         gather_thread_end(saved);
     }
     collector->samples->rays += rays;
-    if (collector->cache)
-        cache_count_samples(collector->cache, reused, collector->sheets ? 0 : traced);
+    if (collector->reuse && !collector->sheets) {
+        collector->reuse->reused += reused;
+        collector->reuse->taken += traced;
+    }
 }
 
 /* Once more, from behind, where the fronts turned out to be the insides of solids. */
@@ -432,7 +431,7 @@ static enum cranny_status collect(struct collector *collector,
     const struct plan *plan = collector->plan;
     struct work_list list = {0};
     collector->batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1));
-    enum cranny_status status = samples_alloc(plan, collector->cache, collector->samples, why);
+    enum cranny_status status = samples_alloc(plan, collector->reuse, collector->samples, why);
     if (status == CRANNY_OK && !list_work(plan, params->rays, skip, &list))
         status = fail_memory(why, "samples");
     watch_begin(&collector->watch, params->hooks,
@@ -447,25 +446,50 @@ static enum cranny_status collect(struct collector *collector,
 
 enum cranny_status samples_collect_from(const struct plan *plan, sample_source_fn *source,
                                         void *user, const struct cranny_bake_params *params,
-                                        const bool *skip, struct samples *samples,
-                                        struct cranny_error *why)
+                                        const bool *skip, struct sample_reuse *reuse,
+                                        struct samples *samples, struct cranny_error *why)
 {
-    struct collector collector = {
-        .plan = plan, .source = source, .source_user = user, .samples = samples};
+    struct collector collector = {.plan = plan,
+                                  .source = source,
+                                  .source_user = user,
+                                  .reuse = reuse,
+                                  .samples = samples};
     return collect(&collector, params, skip, why);
 }
 
-static enum cranny_status find_old(struct collector *collector, struct cranny_error *why)
+struct ray_reuse {
+    const struct cache *cache;
+    const struct gather_plan *gather;
+};
+
+static bool rays_stand(void *user, const struct gather_point *point, uint32_t instance,
+                       const struct kept *old, struct kept *kept)
+{
+    const struct ray_reuse *rays = user;
+    (void)instance;
+    return cache_stands(rays->cache, rays->gather, point, old, kept);
+}
+
+/* Rays, but for what the cache has. */
+static enum cranny_status collect_with_cache(struct collector *collector,
+                                             const struct cranny_bake_params *params,
+                                             const struct gather_plan *gather, struct cache *cache,
+                                             struct cranny_error *why)
 {
     const struct plan *plan = collector->plan;
-    if (!collector->cache)
-        return CRANNY_OK;
-    collector->old = alloc_array(plan->target_count, sizeof *collector->old);
-    if (!collector->old)
+    struct ray_reuse rays = {cache, gather};
+    struct cache_samples *old = alloc_array(plan->target_count, sizeof *old);
+    struct sample_reuse reuse = {.old = old, .stands = rays_stand, .user = &rays};
+    if (!old)
         return fail_memory(why, "samples");
     for (size_t i = 0; i < plan->target_count; i++)
-        collector->old[i] = cache_find_samples(collector->cache, plan, i);
-    return CRANNY_OK;
+        old[i] = cache_find_samples(cache, &plan->targets[i]);
+    collector->reuse = &reuse;
+    const enum cranny_status status = collect(collector, params, NULL, why);
+    cache->reused_samples += reuse.reused;
+    cache->news |= reuse.taken > 0;
+    free(old);
+    return status;
 }
 
 enum cranny_status samples_collect(const struct plan *plan, const struct cranny_tracer *tracer,
@@ -474,19 +498,14 @@ enum cranny_status samples_collect(const struct plan *plan, const struct cranny_
 {
     const struct cranny_gather_params wanted = bake_gather_params(params);
     struct ray_source source = {.tracer = tracer};
-    struct collector collector = {.plan = plan,
-                                  .source = trace_source,
-                                  .source_user = &source,
-                                  .cache = cache,
-                                  .samples = samples};
+    struct collector collector = {
+        .plan = plan, .source = trace_source, .source_user = &source, .samples = samples};
     *samples = (struct samples){0};
     enum cranny_status status = gather_plan_create(&wanted, params->adaptive, &source.gather, why);
-    collector.gather = source.gather;
-    if (status == CRANNY_OK)
-        status = find_old(&collector, why);
-    if (status == CRANNY_OK)
+    if (status == CRANNY_OK && cache)
+        status = collect_with_cache(&collector, params, source.gather, cache, why);
+    else if (status == CRANNY_OK)
         status = collect(&collector, params, NULL, why);
-    free(collector.old);
     gather_plan_destroy(&source.gather);
     return status;
 }

@@ -83,6 +83,7 @@ static enum cranny_status finish_target(struct pass *pass, size_t index, int thr
     }
     const struct kept_values *values = made ? made : entry->found;
     set->fit = values->report;
+    set->key = entry ? entry->key : 0;
     pass_spread(pass->params, values->raw, set->vertex_count, set->values);
     if (entry && entry->key && made)
         entry->made = made;

@@ -69,7 +69,7 @@ static enum cranny_status resample_all(struct cranny_bake *bake, const struct re
             const double radius =
                 place(resampler->scene, &resampler->scene->instances[i].view, center);
             const uint32_t id = (uint32_t)hash_bytes(HASH_BEGIN, center, sizeof center);
-            if (!resample_widening(resampler, center, NULL, radius, DOUBLINGS, id, RAYS, values))
+            if (resample_widening(resampler, center, NULL, radius, DOUBLINGS, id, RAYS, values) < 0)
                 open_ground(resampler->tracer, gather, params, center, id, values);
             set_constant(bake->linear[i], (const double *)values);
             watch_advance(&watch, 1);

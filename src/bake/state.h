@@ -12,6 +12,7 @@ enum state_kind {
     STATE_PICKS = 4,     /* struct pick [], of a target that several instances share */
     STATE_VALUES = 5,    /* struct fit_report and float[2] a vertex, of a target */
     STATE_PROBES = 6,    /* struct kept [], of an instance */
+    STATE_SOURCES = 7,   /* struct source [], of a lower level of detail (levels.c) */
 };
 #define STATE_FORMAT 1u
 
