@@ -251,8 +251,8 @@ enum cranny_status cache_keep(struct cache *cache, enum state_kind kind, uint64_
 struct cache_samples cache_find_samples(const struct cache *cache, const struct target *target)
 {
     size_t size, pick_size = 0;
-    struct cache_samples found = {
-        .kept = state_find(&cache->old, STATE_SAMPLES, target->key, &size)};
+    struct cache_samples found = {.kept =
+                                      state_find(&cache->old, STATE_SAMPLES, target->key, &size)};
     if (!found.kept || size != target->sample_count * sizeof *found.kept)
         return (struct cache_samples){.kept = NULL};
     if (target->instance_count == 1)

@@ -39,9 +39,9 @@ struct collector {
     sample_source_fn *source;
     void *source_user;
     struct samples *samples;
-    struct sample_reuse *reuse; /* NULL: none */
-    const struct sheets *sheets;      /* NULL: all triangles from the front; else the turned ones */
-    int batch_limit;                  /* points traced without a look at the cancel flag */
+    struct sample_reuse *reuse;  /* NULL: none */
+    const struct sheets *sheets; /* NULL: all triangles from the front; else the turned ones */
+    int batch_limit;             /* points traced without a look at the cancel flag */
     struct watch watch;
 };
 
@@ -449,11 +449,8 @@ enum cranny_status samples_collect_from(const struct plan *plan, sample_source_f
                                         const bool *skip, struct sample_reuse *reuse,
                                         struct samples *samples, struct cranny_error *why)
 {
-    struct collector collector = {.plan = plan,
-                                  .source = source,
-                                  .source_user = user,
-                                  .reuse = reuse,
-                                  .samples = samples};
+    struct collector collector = {
+        .plan = plan, .source = source, .source_user = user, .reuse = reuse, .samples = samples};
     return collect(&collector, params, skip, why);
 }
 

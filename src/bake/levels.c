@@ -40,8 +40,8 @@ struct levels {
     const struct cranny_bake *bake;
     struct cache *cache;
     struct level_rays rays;
-    uint64_t *looks;  /* per mesh */
-    uint64_t *values; /* per set */
+    uint64_t *looks;       /* per mesh */
+    uint64_t *values;      /* per set */
     struct finest *finest; /* by group, then instance */
     size_t finest_count;
     bool blended; /* rays throw dice, into which an instance's number goes */
@@ -119,8 +119,8 @@ static bool boxes_meet(const double a[6], const double b[6], double reach)
     return true;
 }
 
-/* Keys of a finest level that rays may meet: of where it is, and, when it is the level's own, of
- * its values. */
+/* Keys of a finest level that rays may meet. What is another thing's is not in `place`: where it
+ * changed, the cache knows, unless it is grass. */
 static bool add_finest(struct levels *levels, size_t index, uint32_t group, uint64_t *place,
                        uint64_t *values)
 {
@@ -128,9 +128,12 @@ static bool add_finest(struct levels *levels, size_t index, uint32_t group, uint
     const struct cranny_instance *instance = &levels->scene->instances[finest->instance].view;
     const uint32_t set = levels->bake->set_of[finest->instance];
     const bool ours = finest->group == group && set != SET_NONE;
-    *place = hash_word(*place, levels->looks[instance->mesh]);
-    *place = hash_bytes(*place, instance->world_from_object, sizeof instance->world_from_object);
-    *place = hash_word(*place, (levels->blended ? (uint64_t)finest->instance << 1 : 0) | ours);
+    uint64_t key = hash_bytes(levels->looks[instance->mesh], instance->world_from_object,
+                              sizeof instance->world_from_object);
+    key = hash_word(key, (levels->blended ? (uint64_t)finest->instance << 1 : 0) | ours);
+    *values = hash_word(*values, key);
+    if (ours || instance->role == CRANNY_ROLE_GRASS)
+        *place = hash_word(*place, key);
     if (!ours)
         return true;
     *values = hash_word(*values, levels->values[set]);
@@ -166,8 +169,8 @@ static bool gather_sources(struct levels *levels, size_t index, uint64_t *key)
     return true;
 }
 
-/* How much a triangle's values changed at most: |f L − f' L'| ≤ |f − f'| |L| + |L − L'|, since f' is
- * at most 1, and each is linear on the triangle. */
+/* How much a triangle's values changed at most: |f L − f' L'| ≤ |f − f'| |L| + |L − L'|, since f'
+ * is at most 1, and each is linear on the triangle. */
 static float triangle_shift(const struct cranny_mesh *mesh, uint32_t triangle,
                             const float *const now[2], const float (*old)[2],
                             const float linear[2][4], const float old_linear[2][4])
@@ -211,9 +214,9 @@ static bool shift_alloc(const double box[6], struct shift *shift)
         if (cells <= CELLS_MAX)
             break;
     }
-    shift->cells = alloc_array((size_t)shift->size[0] * (size_t)shift->size[1] *
-                                   (size_t)shift->size[2],
-                               sizeof *shift->cells);
+    shift->cells =
+        alloc_array((size_t)shift->size[0] * (size_t)shift->size[1] * (size_t)shift->size[2],
+                    sizeof *shift->cells);
     return shift->cells;
 }
 
@@ -222,7 +225,8 @@ static void shift_range(const struct shift *shift, const double box[6], int rang
 {
     for (int k = 0; k < 3; k++)
         for (int e = 0; e < 2; e++) {
-            const double at = (box[3 * e + k] - shift->origin[k]) / shift->cell + (e ? 1e-6 : -1e-6);
+            const double at =
+                (box[3 * e + k] - shift->origin[k]) / shift->cell + (e ? 1e-6 : -1e-6);
             range[k][e] = (int)fmin(fmax(at, 0), shift->size[k] - 1);
         }
 }
@@ -261,8 +265,8 @@ static void triangle_box(const struct cranny_instance *instance, const struct cr
 {
     for (int c = 0; c < 3; c++) {
         double p[3];
-        transform_point(instance->world_from_object,
-                        mesh->positions[mesh->triangles[triangle][c]], p);
+        transform_point(instance->world_from_object, mesh->positions[mesh->triangles[triangle][c]],
+                        p);
         for (int k = 0; k < 3; k++) {
             box[k] = c ? fmin(box[k], p[k]) : p[k];
             box[3 + k] = c ? fmax(box[3 + k], p[k]) : p[k];
@@ -307,8 +311,7 @@ static bool find_samples(struct levels *levels, size_t index)
     const struct level_target *target = &levels->targets[index];
     struct target wanted = levels->pass->plan.targets[index];
     size_t size;
-    const struct source *old =
-        state_find(&levels->cache->old, STATE_SOURCES, target->place, &size);
+    const struct source *old = state_find(&levels->cache->old, STATE_SOURCES, target->place, &size);
     if (!old || size != target->source_count * sizeof *old)
         return true;
     bool known = true;
@@ -323,6 +326,14 @@ static bool find_samples(struct levels *levels, size_t index)
     wanted.instance_count = 1; /* the key tells that the same instances are picked */
     if (known)
         levels->old[index] = cache_find_samples(levels->cache, &wanted);
+    return true;
+}
+
+static bool box_changed(const float change[6], const double box[6])
+{
+    for (int k = 0; k < 3; k++)
+        if ((double)change[k] > box[3 + k] || (double)change[3 + k] < box[k])
+            return false;
     return true;
 }
 
@@ -341,6 +352,9 @@ static bool sample_stands(void *user, const struct gather_point *point, uint32_t
         box[k] = (double)point->position[k] - radius;
         box[3 + k] = (double)point->position[k] + radius;
     }
+    for (size_t i = 0; i < levels->cache->change.box_count; i++)
+        if (box_changed(levels->cache->change.boxes[i], box))
+            return false;
     while (low < high) {
         const size_t middle = (low + high) / 2;
         if (levels->finest[middle].group < group)
@@ -390,8 +404,8 @@ static enum cranny_status levels_fill(struct levels *levels, struct cranny_error
     enum cranny_status status = mesh_look_keys(levels->scene, levels->looks, why);
     if (status == CRANNY_OK)
         status = pass_use_cache(levels->pass, levels->cache, why);
-    levels->reuse = (struct sample_reuse){
-        .old = levels->old, .stands = sample_stands, .user = levels};
+    levels->reuse =
+        (struct sample_reuse){.old = levels->old, .stands = sample_stands, .user = levels};
     return status == CRANNY_OK ? look_up(levels, why) : status;
 }
 
@@ -455,11 +469,11 @@ enum cranny_status levels_keep(struct levels *levels, struct cranny_error *why)
         const struct level_target *target = &levels->targets[i];
         const uint32_t count = pass->plan.targets[i].sample_count;
         const struct kept *kept = count ? kept_samples(levels, i, taken) : NULL;
-        if (kept && (!state_add(&cache->next, STATE_SAMPLES, target->place, kept,
-                                count * sizeof *kept) ||
-                     !state_add(&cache->next, STATE_SOURCES, target->place,
-                                levels->sources + target->source_first,
-                                target->source_count * sizeof *levels->sources)))
+        if (kept &&
+            (!state_add(&cache->next, STATE_SAMPLES, target->place, kept, count * sizeof *kept) ||
+             !state_add(&cache->next, STATE_SOURCES, target->place,
+                        levels->sources + target->source_first,
+                        target->source_count * sizeof *levels->sources)))
             return fail_memory(why, "cache");
     }
     struct source *sources = levels->sources;

@@ -32,7 +32,7 @@ static int transfer_point(const struct transfer *transfer, uint32_t instance,
     double values[CHANNELS];
     resampler.lod_group = transfer->scene->instances[instance].view.lod_group;
     const int doublings = resample_widening(&resampler, center, facing, transfer->radius[instance],
-                                         DOUBLINGS, id, RAYS, values);
+                                            DOUBLINGS, id, RAYS, values);
     raw[0] = (float)values[CRANNY_CHANNEL_LONG];
     raw[1] = (float)values[CRANNY_CHANNEL_SHORT];
     return doublings;
