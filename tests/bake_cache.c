@@ -211,11 +211,11 @@ static char root[] = "/tmp/cranny-cache-XXXXXX";
 /* A folder of the test's own. */
 static const char *folder(const char *name)
 {
-    static char path[2][256];
-    static int turn;
-    turn = !turn;
-    snprintf(path[turn], sizeof path[turn], "%s/%s", root, name);
-    return path[turn];
+    static char paths[128][64];
+    static int count;
+    CHECK(count < 128);
+    snprintf(paths[count % 128], sizeof *paths, "%s/%s", root, name);
+    return paths[count++ % 128];
 }
 
 /* The only state in a folder, by path; "" for none. */
@@ -346,33 +346,91 @@ static void read_state(const char *where, struct state *state)
     CHECK_INT(found, STATE_READ);
 }
 
-/* Sample by sample: the largest difference, and how many differ at all. */
-static double compare_samples(const char *a, const char *b, int *differing, int *drifted)
+/* How samples of two bakes differ. */
+struct comparison {
+    double worst, worst_level; /* on surfaces; of lower levels of detail */
+    int differing, drifted;    /* on surfaces */
+};
+
+static void compare_record(const struct kept *p, const struct kept *q, size_t count, bool level,
+                           struct comparison *sum)
+{
+    double *worst = level ? &sum->worst_level : &sum->worst;
+    for (size_t i = 0; i < count; i++)
+        for (int c = 0; c < 2; c++) {
+            const double apart = fabs((double)p[i].visibility[c] - q[i].visibility[c]) / 65535;
+            *worst = fmax(*worst, apart);
+            sum->differing += !level && apart > 0;
+            sum->drifted += !level && p[i].drift > 0;
+        }
+}
+
+/* Sample by sample, what two folders keep. */
+static struct comparison compare_samples(const char *a, const char *b)
 {
     struct state x, y;
-    double worst = 0;
+    struct comparison sum = {0};
     size_t seen = 0;
     read_state(a, &x);
     read_state(b, &y);
     for (size_t r = 0; r < x.count; r++) {
-        size_t size, other;
+        const uint64_t key = x.records[r].key;
+        size_t size, other, unused;
         if (x.records[r].kind != STATE_SAMPLES)
             continue;
-        const struct kept *p = state_find(&x, STATE_SAMPLES, x.records[r].key, &size);
-        const struct kept *q = state_find(&y, STATE_SAMPLES, x.records[r].key, &other);
+        const struct kept *p = state_find(&x, STATE_SAMPLES, key, &size);
+        const struct kept *q = state_find(&y, STATE_SAMPLES, key, &other);
         CHECK(q && size == other);
-        for (size_t i = 0; q && i < size / sizeof *p; i++, seen++)
-            for (int c = 0; c < 2; c++) {
-                const double apart = fabs((double)p[i].visibility[c] - q[i].visibility[c]) / 65535;
-                worst = fmax(worst, apart);
-                *differing += apart > 0;
-                *drifted += p[i].drift > 0;
-            }
+        if (q)
+            compare_record(p, q, size / sizeof *p, state_find(&x, STATE_SOURCES, key, &unused),
+                           &sum);
+        seen += size;
     }
     CHECK(seen > 1000);
     state_free(&x);
     state_free(&y);
-    return worst;
+    return sum;
+}
+
+/* Bake in the folder, and in one of its own. */
+static struct comparison bake_beside(const struct village *village,
+                                     const struct cranny_bake_params *params,
+                                     struct cranny_bake_report *report)
+{
+    static int number;
+    char name[32];
+    struct cranny_bake_params fresh = *params;
+    struct cranny_bake_report unused;
+    struct cranny_scene *scene = build(village);
+    struct cranny_bake *bake = bake_it(scene, params, report);
+    cranny_bake_destroy(&bake);
+    snprintf(name, sizeof name, "beside-%d", number++);
+    fresh.cache_folder = folder(name);
+    bake = bake_it(scene, &fresh, &unused);
+    CHECK_INT(unused.reused_samples, 0);
+    cranny_bake_destroy(&bake);
+    cranny_scene_destroy(&scene);
+    const struct comparison sum = compare_samples(params->cache_folder, fresh.cache_folder);
+    const double limit = (double)params->reuse_limit;
+    CHECK_MSG(sum.worst <= limit + 1.0 / 65535, "%s: %g", name, sum.worst);
+    /* The limit, and what the values differ that they are taken from. */
+    CHECK_MSG(sum.worst_level <= 2 * limit, "%s: %g", name, sum.worst_level);
+    return sum;
+}
+
+static void add_comparison(struct comparison *sum, struct comparison one)
+{
+    sum->worst = fmax(sum->worst, one.worst);
+    sum->worst_level = fmax(sum->worst_level, one.worst_level);
+    sum->differing += one.differing;
+    sum->drifted += one.drifted;
+}
+
+static void print_comparison(const char *what, const struct cranny_bake_params *params,
+                             const struct comparison *sum)
+{
+    printf("%s: limit %.5f, worst sample %.5f, of levels %.5f; %d differ, %d drifted\n", what,
+           (double)params->reuse_limit, sum->worst, sum->worst_level, sum->differing, sum->drifted);
 }
 
 /* Small steps of one crate far from most: samples are kept though their rays meet it, until what
@@ -382,32 +440,58 @@ static void test_limit(void)
     struct village village = make_village();
     struct cranny_bake_params params = params_for(folder("limit"));
     struct cranny_bake_report report;
-    int differing = 0, drifted = 0;
-    double worst = 0;
+    struct comparison sum = {0};
     params.reuse_limit = 1.0f / 64;
     params.distance_long = 1;
     for (int step = 0; step < 12; step++) {
-        struct cranny_bake_params fresh = params;
-        char name[32];
-        snprintf(name, sizeof name, "limit-%d", step);
-        struct cranny_scene *scene = build(&village);
-        struct cranny_bake *bake = bake_it(scene, &params, &report);
-        cranny_bake_destroy(&bake);
+        add_comparison(&sum, bake_beside(&village, &params, &report));
         CHECK(step == 0 || (report.reused_samples > report.samples / 2 &&
                             report.reused_samples < report.samples));
-        fresh.cache_folder = folder(name);
-        bake = bake_it(scene, &fresh, &report);
-        cranny_bake_destroy(&bake);
-        cranny_scene_destroy(&scene);
-        const double apart =
-            compare_samples(params.cache_folder, fresh.cache_folder, &differing, &drifted);
-        CHECK_MSG(apart <= (double)params.reuse_limit + 1.0 / 65535, "step %d: %g", step, apart);
-        worst = fmax(worst, apart);
-        village.items[2].x += 0.21f;
-        village.items[2].z -= 0.13f;
+        village.items[3].x += 0.21f;
+        village.items[3].z -= 0.13f;
     }
-    printf("limit 1/64: worst sample %.5f; %d differ, %d drifted\n", worst, differing, drifted);
-    CHECK(differing > 0 && drifted > differing && worst > (double)params.reuse_limit / 8);
+    print_comparison("steps", &params, &sum);
+    CHECK(sum.differing > 0 && sum.drifted > sum.differing);
+    CHECK(sum.worst > (double)params.reuse_limit / 8);
+}
+
+/* Walls that come one after the other, each at a distance at which it counts little. */
+static void test_adding_up(bool adaptive)
+{
+    struct village village = make_village();
+    struct cranny_bake_params params = params_for(folder(adaptive ? "adaptive" : "adding"));
+    struct cranny_bake_report report;
+    struct comparison sum = {0};
+    params.reuse_limit = 1.0f / 128;
+    params.distance_long = 1.3f;
+    params.adaptive = adaptive;
+    params.rays = adaptive ? 16 : 8;
+    for (int step = 0; step < 9; step++) {
+        const double angle = 0.7 * step;
+        add_comparison(&sum, bake_beside(&village, &params, &report));
+        put(&village, CRATE, (float)(9 * cos(angle)), 2, (float)(9 * sin(angle)))->scale = 6;
+    }
+    print_comparison(adaptive ? "walls, adaptive" : "walls", &params, &sum);
+    CHECK(sum.differing > 0 && sum.worst > (double)params.reuse_limit / 2);
+}
+
+/* Something that no bake's ray meets stands in the way when the ground's lower level looks for the
+ * ground: only where it is tells. */
+static void test_levels(void)
+{
+    struct village village = make_village();
+    struct cranny_bake_params params = params_for(folder("levels"));
+    struct cranny_bake_report report;
+    struct item *bush = put(&village, BUSH, 3, 0.1f, 1);
+    bush->role = CRANNY_ROLE_SHRUB;
+    bush->group = 20;
+    put_level(&village, bush, 0.3f);
+    params.fog_density = 0;
+    params.reuse_limit = 0;
+    for (int step = 0; step < 3; step++) {
+        CHECK_NEAR(bake_both(&village, &params, &report), 0, 0);
+        village.items[village.count - 2].x += 0.5f;
+    }
 }
 
 static void test_outcomes(void)
@@ -611,6 +695,9 @@ int main(void)
     test_same_again();
     test_edits();
     test_limit();
+    test_adding_up(false);
+    test_adding_up(true);
+    test_levels();
     test_outcomes();
     test_ways();
     test_damage();
