@@ -207,6 +207,38 @@ static void test_info_check(void)
     unlink("empty.gltf");
 }
 
+static json_int_t role_instances(json_t *info, const char *role)
+{
+    json_t *roles = json_object_get(info, "roles");
+    return json_integer_value(json_object_get(json_object_get(roles, role), "instances"));
+}
+
+static void test_roles(void)
+{
+    struct result result = run("info", "grid.glb", "--json", "--role", "shrub=nothing*", "--role",
+                               "tree=*", "--role=grass=x", NULL);
+    CHECK_EXIT(result, 0);
+    json_t *object = json_loadb(result.out, result.out_size, 0, NULL);
+    CHECK_INT(role_instances(object, "tree"), 1);
+    CHECK_INT(role_instances(object, "solid"), 0);
+    CHECK_INT(json_array_size(json_object_get(object, "warnings")), 2);
+    CHECK_INT(json_integer_value(json_object_get(json_object_get(object, "lods"), "groups")), 0);
+    json_decref(object);
+    done(&result);
+    result = run("info", "grid.glb", "--role", "ignored=*", NULL);
+    CHECK_EXIT(result, 0);
+    CHECK_TEXT(result.out, "role ignored 1 instances, 450 triangles");
+    CHECK_TEXT(result.out, "triangles    0 (450 stored)");
+    done(&result);
+    check_failure(run("info", "grid.glb", "--role", "bush=*", NULL), 2, "'bush=*' is not ROLE=");
+    check_failure(run("info", "grid.glb", "--role", "tree=", NULL), 2, "is not ROLE=");
+    check_failure(run("info", "grid.glb", "--role", "tree", NULL), 2, "is not ROLE=");
+    result = run("check", "grid.glb", "--role", "ignored=*", NULL);
+    CHECK_EXIT(result, 3);
+    CHECK_TEXT(result.out, "empty-scene");
+    done(&result);
+}
+
 static void test_outputs(void)
 {
     struct result result =
@@ -425,6 +457,7 @@ int main(void)
     test_input();
     test_json();
     test_info_check();
+    test_roles();
     test_outputs();
     test_cache();
     test_folders();

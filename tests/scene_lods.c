@@ -125,6 +125,9 @@ static void test_faults(void)
         CHECK_MSG(log_.lines == cases[i].lines && strstr(log_.last, cases[i].said),
                   "case %zu: %d lines, %s", i, log_.lines, log_.last);
         CHECK_INT(named(scene, "a")->lod, 0);
+        /* names above are climbed to an end */
+        const struct cranny_role_rule rule = {"nothing", CRANNY_ROLE_TREE};
+        CHECK_OK(cranny_scene_assign_roles(scene, &rule, 1, NULL, &why), why);
         cranny_scene_destroy(&scene);
     }
 }
@@ -266,8 +269,15 @@ static struct cranny_scene *array_scene(void)
     return scene;
 }
 
+static const struct {
+    enum cranny_output to;
+    const char *attribute;
+} outputs[] = {{CRANNY_OUTPUT_ATTRIBUTE, "_AO"},
+               {CRANNY_OUTPUT_OCCLUSION, "TEXCOORD_0"},
+               {CRANNY_OUTPUT_COLOR, "COLOR_0"}};
+
 /* Write a value of its own onto every instance, whatever its level, and find it in the file. */
-static void check_values(const struct cranny_scene *scene, const char *path)
+static void check_values(const struct cranny_scene *scene, const char *path, size_t output)
 {
     const uint32_t count = cranny_scene_instance_count(scene);
     float(*values)[3] = calloc(count, sizeof *values);
@@ -279,7 +289,7 @@ static void check_values(const struct cranny_scene *scene, const char *path)
     }
     const struct scene_values all = {.visibility = pointers};
     struct cranny_save_params params = cranny_save_params_default();
-    params.to = CRANNY_OUTPUT_ATTRIBUTE;
+    params.to = outputs[output].to;
     CHECK_OK(scene_write(scene, &all, path, &params, &why), why);
     struct cranny_scene *back = NULL;
     struct log warnings = {0};
@@ -300,10 +310,11 @@ static void check_values(const struct cranny_scene *scene, const char *path)
         size_t vertices;
         int components;
         CHECK_OK(primitive_attribute(back->document, (size_t)back->meshes[to->mesh].source_mesh, 0,
-                                     "_AO", &read, &vertices, &components, &why),
+                                     outputs[output].attribute, &read, &vertices, &components,
+                                     &why),
                  why);
         for (size_t v = 0; read && v < 3; v++)
-            CHECK_NEAR((double)read[v], (double)values[i][v], 1e-6);
+            CHECK_NEAR((double)read[v * (size_t)components], (double)values[i][v], 1e-5);
         free(read);
     }
     cranny_scene_destroy(&back);
@@ -311,20 +322,39 @@ static void check_values(const struct cranny_scene *scene, const char *path)
     free(pointers);
 }
 
+/* Without nodes, too, coarser levels go with their finest. */
+static void test_array_rules(void)
+{
+    struct cranny_scene *scene = array_scene();
+    const struct cranny_role_rule rules[] = {{"b", CRANNY_ROLE_IGNORED},
+                                             {"a1", CRANNY_ROLE_GRASS},
+                                             {"a", CRANNY_ROLE_SHRUB},
+                                             {"a2", CRANNY_ROLE_TREE}};
+    uint32_t matched[4];
+    CHECK_OK(cranny_scene_assign_roles(scene, rules, 4, matched, &why), why);
+    for (int i = 0; i < 4; i++)
+        CHECK_INT(matched[i], 1);
+    CHECK_INT(named(scene, "b1")->role, CRANNY_ROLE_IGNORED);
+    CHECK_INT(named(scene, "bb")->role, CRANNY_ROLE_TREE);
+    CHECK_INT(named(scene, "a1")->role, CRANNY_ROLE_SHRUB);
+    CHECK_INT(named(scene, "a2")->role, CRANNY_ROLE_TREE);
+    cranny_scene_destroy(&scene);
+}
+
 static void test_values(void)
 {
     char *folder = scratch_folder();
     static const char *const names[] = {"out.glb", "out.gltf"};
-    for (int i = 0; i < 2; i++) {
-        char *path = join_path(folder, names[i]);
+    for (size_t i = 0; i < 2 * sizeof outputs / sizeof *outputs; i++) {
+        char *path = join_path(folder, names[i % 2]);
         struct cranny_scene *scene = array_scene();
-        check_values(scene, path);
+        check_values(scene, path, i / 2);
         cranny_scene_destroy(&scene);
         scene = load_quoted(MESH "'extensionsUsed':['MSFT_lod'],'nodes':[{'name':'a','mesh':0," LOD
                                  "[1]}}},{'name':'b','mesh':0},{'name':'c','mesh':0},"
                                  "{'name':'c_LOD1','mesh':0}],'scenes':[{'nodes':[0,2,3]}]}",
                             &log_);
-        check_values(scene, path);
+        check_values(scene, path, i / 2);
         cranny_scene_destroy(&scene);
         free(path);
     }
@@ -360,6 +390,7 @@ int main(void)
     test_apart();
     test_empty_finest();
     test_rules();
+    test_array_rules();
     test_values();
     test_refused();
     return check_end("scene_lods");

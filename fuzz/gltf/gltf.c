@@ -61,6 +61,8 @@ static double scene_sum(const struct cranny_scene *scene)
     for (uint32_t i = 0; i < cranny_scene_instance_count(scene); i++) {
         const struct cranny_instance *instance = cranny_scene_instance(scene, i);
         demand(instance->mesh < cranny_scene_mesh_count(scene), "an instance's mesh exists");
+        demand(instance->role < CRANNY_ROLE_COUNT, "a role exists");
+        demand(!instance->lod || instance->lod_group, "a coarser level has a group");
         sum += instance->world_from_object[3] + (double)strlen(instance->name);
     }
     for (uint32_t i = 0; i < cranny_scene_camera_count(scene); i++)
@@ -69,6 +71,24 @@ static double scene_sum(const struct cranny_scene *scene)
     struct cranny_scene_info info;
     cranny_scene_get_info(scene, &info);
     return sum + bounds[5] + (double)info.triangles;
+}
+
+static void count_finding(void *user, enum cranny_severity severity, const char *code,
+                          const char *text)
+{
+    (void)severity;
+    demand(*code && *text && !strchr(text, '\n'), "a finding is one line");
+    *(size_t *)user += strlen(text);
+}
+
+/* What names and the doctor make of it. */
+static void judge(struct cranny_scene *scene, size_t *logged)
+{
+    const struct cranny_role_rule rules[] = {{"*a*b?c*", CRANNY_ROLE_TREE},
+                                             {"*_LOD?", CRANNY_ROLE_SHRUB}};
+    struct cranny_error why = {.message = ""};
+    demand(cranny_scene_assign_roles(scene, rules, 2, NULL, &why) == CRANNY_OK, "roles are given");
+    demand(cranny_scene_check(scene, count_finding, logged, &why) == CRANNY_OK, "it is checked");
 }
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
@@ -86,6 +106,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (status == CRANNY_OK) {
         volatile double sum = scene_sum(scene);
         (void)sum;
+        judge(scene, &logged);
     } else {
         demand(status == CRANNY_INPUT || status == CRANNY_MEMORY, "bytes are to blame");
         demand(why.status == status && *why.message && !strchr(why.message, '\n'),

@@ -17,17 +17,29 @@ struct cranny_tracer;
 /* How what lies on the way to a ray's hit dims it. */
 enum cranny_dimming {
     CRANNY_DIMMING_KERNEL, /* as much as is taken at a distance counts as a hit there: with shares
-                              wᵢ taken at dᵢ and the rest W left at the hit, Σ wᵢ ρ(dᵢ) + W ρ(d) */
+                              wᵢ taken at dᵢ and the rest W left at the hit, Σ wᵢ ρ(dᵢ) + W ρ(d);
+                              in fog the sum is an integral, solved exactly. At short r this is
+                              what matters: see docs/measurements/fog.md */
     CRANNY_DIMMING_PLAIN,  /* W ρ(d), whatever the distance (2013, §2.1) */
 };
 
 /* What to build, and with what. Instances that do not exist (cranny_instance_exists) are left out.
- * With `roles` false, all others are surfaces. With `roles` true (2013, §2.1) only solid ones are;
- * trees are semi-transparent, each crossing taking half; a shrub is a box of fog, its mesh's
- * bounding box in the instance's own space; grass is not there. Fog takes 1 − exp(−σ s) over a
- * length of s metres. σ of a mesh is such that its box lets as much through as its triangles do,
- * over random rays through the box; where boxes overlap, σ is divided by the mean number of boxes
- * that a point of the box is in, so that they are no darker than one. */
+ * With `roles` false, all others are surfaces. With `roles` true (2013, §2.1) only solid ones are,
+ * and a ray's way up to its hit is looked at for the others; grass is not there.
+ *
+ * Trees: each crossing of a triangle that counts (by its alpha, as everywhere) takes `tree_opacity`
+ * of what is left; crossings of one instance in the same place, to rounding, are one. A ray keeps
+ * 64 crossings in order, the nearest; further ones are taken together where the first of them is.
+ *
+ * A shrub is a box of fog, its mesh's bounding box in the instance's own space, at least 1/16 as
+ * thick as it is long. Over a length s in it, in the mesh's own units, fog takes 1 − exp(−σ s);
+ * where boxes overlap, their σ add. σ of a mesh is such that over lines that are even in the box
+ * its mean 1 − exp(−σ s) is the share that its triangles stop. Where boxes overlap, σ is divided
+ * by the mean number of boxes at points of the box, so that n boxes in one place take as much as
+ * one. A ray keeps 64 boxes in order, as above. A shrub without volume is not there.
+ *
+ * Building fog takes time in the number of boxes times those near each; it grows with the square
+ * where thousands are in one place. */
 struct cranny_tracer_params {
     bool ground;         /* add an infinite occluding plane under everything; default false */
     float ground_height; /* metres, world y of that plane; NaN (default): the lowest vertex */
@@ -42,7 +54,8 @@ struct cranny_tracer_params {
 /* The defaults named above, no hooks. */
 CRANNY_API struct cranny_tracer_params cranny_tracer_params_default(void);
 
-/* Build. `params` NULL means defaults. CRANNY_MEMORY when the structure does not fit. */
+/* Build. `params` NULL means defaults. CRANNY_MEMORY when the structure does not fit, CRANNY_USAGE
+ * for parameters out of range. */
 CRANNY_API enum cranny_status cranny_tracer_create(const struct cranny_scene *scene,
                                                    const struct cranny_tracer_params *params,
                                                    struct cranny_tracer **tracer,
@@ -51,16 +64,17 @@ CRANNY_API enum cranny_status cranny_tracer_create(const struct cranny_scene *sc
 /* Frees the structure and sets *tracer to NULL; accepts NULL. */
 CRANNY_API void cranny_tracer_destroy(struct cranny_tracer **tracer);
 
-/* Bytes that the acceleration structures hold. */
+/* Bytes that the acceleration structures hold, fog's boxes included. */
 CRANNY_API uint64_t cranny_tracer_bytes(const struct cranny_tracer *tracer);
 
-/* What was built. */
+/* What was built. Of `trees` and `fog_boxes` there are only those that can take anything. */
 struct cranny_tracer_info {
     uint64_t bytes;                    /* all structures */
     uint64_t solids, trees, fog_boxes; /* instances */
-    uint64_t fog_bytes, tree_bytes;    /* of `bytes` */
-    double seconds, fog_seconds;       /* to build; of these, densities and boxes */
+    uint64_t fog_bytes, tree_bytes;    /* of `bytes`; meshes that trees share count as theirs */
+    double seconds, fog_seconds;       /* to build, on the wall; of these, densities and boxes */
 };
+
 CRANNY_API void cranny_tracer_get_info(const struct cranny_tracer *tracer,
                                        struct cranny_tracer_info *info);
 
@@ -71,9 +85,9 @@ enum cranny_kernel {
     CRANNY_KERNEL_HARD,        /* 0 below r, else 1 */
 };
 
-/* Where the directions of a point come from; all are cosine-distributed. */
+/* Where the directions of a point come from; cosine-distributed, or even over the sphere. */
 enum cranny_sampler {
-    CRANNY_SAMPLER_SPIRAL, /* Vogel spiral lifted to the hemisphere, rotated per point */
+    CRANNY_SAMPLER_SPIRAL, /* Vogel spiral lifted to the hemisphere or sphere, rotated per point */
     CRANNY_SAMPLER_SOBOL,  /* Owen-scrambled Sobol, scrambled per point */
     CRANNY_SAMPLER_RANDOM, /* independent; the yardstick */
 };
@@ -97,13 +111,13 @@ struct cranny_gather_params {
 /* The defaults named above, no hooks. */
 CRANNY_API struct cranny_gather_params cranny_gather_params_default(void);
 
-/* Obscurance at points on surfaces, eq. 1 of the 2013 paper.
+/* Obscurance at points on surfaces, eq. 1 of the 2013 paper, dimmed as the tracer's roles say.
  * `positions`, `normals`: point_count vectors, world space; normals are unit shading normals.
  * `face_normals`: unit geometric normals to whose side rays are kept and along which the origin is
  * offset; NULL: `normals`. A ray below the face is mirrored to above it.
  * `visibility`: point_count × 2 floats in [0,1], for distances[0] and distances[1].
  * `back_fraction`: point_count floats, the share of rays that hit back faces of single-sided
- * materials; may be NULL.
+ * materials (of solids, whatever dims the way); may be NULL.
  * CRANNY_USAGE for parameters out of range, CRANNY_CANCELLED from the progress hook. */
 CRANNY_API enum cranny_status cranny_gather(const struct cranny_tracer *tracer, size_t point_count,
                                             const float (*positions)[3], const float (*normals)[3],
@@ -114,9 +128,10 @@ CRANNY_API enum cranny_status cranny_gather(const struct cranny_tracer *tracer, 
 
 /* Spherical obscurance at points in the open (2013, §2.2 and §2.3): ρ over the whole sphere of
  * directions, for distances[0] and distances[1], on the nine real spherical harmonics up to l = 2
- * in the order and signs of cranny/runtime.h. Not convolved: cranny_sh_convolve makes visibilities.
- * `harmonics`: point_count × 2 × 9 floats. `back_fraction` as above; may be NULL. `params->sampler`
- * is read as there: the spiral covers the sphere. Same statuses. */
+ * in the order and signs of cranny/runtime.h: ∫ ρ Y, so that the open has √(4π) and eight zeros,
+ * exactly. Not convolved: cranny_sh_convolve makes visibilities. Rays start at the points, without
+ * an offset, and are even over the sphere; `params->sampler` is read as there. `harmonics`:
+ * point_count × 2 × 9 floats. `back_fraction` as above; may be NULL. Same statuses. */
 CRANNY_API enum cranny_status cranny_gather_sphere(const struct cranny_tracer *tracer,
                                                    size_t point_count, const float (*positions)[3],
                                                    const struct cranny_gather_params *params,

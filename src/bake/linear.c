@@ -353,8 +353,9 @@ static enum cranny_status fit_all(struct fitting *fitting, const struct gather_p
     }
     if (atomic_load(&failed))
         return fail_memory(why, "coefficients");
-    return watch_stopped(&watch) ? fail(why, CRANNY_CANCELLED, "bake: cancelled at the instances")
-                                 : CRANNY_OK;
+    watch.next = 0; /* the last word, however short the stage was */
+    return !watch_goes_on(&watch) ? fail(why, CRANNY_CANCELLED, "bake: cancelled at the instances")
+                                  : CRANNY_OK;
 }
 
 static enum cranny_status make_volume(struct fitting *fitting, struct cranny_error *why)

@@ -77,8 +77,9 @@ static enum cranny_status resample_all(struct cranny_bake *bake, const struct re
         gather_thread_end(saved);
     }
     gather_plan_destroy(&gather);
-    return watch_stopped(&watch) ? fail(why, CRANNY_CANCELLED, "bake: cancelled at the shrubs")
-                                 : CRANNY_OK;
+    watch.next = 0; /* the last word, however short the stage was */
+    return !watch_goes_on(&watch) ? fail(why, CRANNY_CANCELLED, "bake: cancelled at the shrubs")
+                                  : CRANNY_OK;
 }
 
 enum cranny_status scalar_bake(struct cranny_bake *bake, const struct cranny_scene *scene,

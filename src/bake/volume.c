@@ -150,12 +150,26 @@ enum cranny_status volume_create(const double (*boxes)[6], size_t box_count, dou
     return CRANNY_OK;
 }
 
+/* Gathering calls its stage "trace", as the samples' is called. */
+static bool volume_progress(void *user, const char *stage, double done, double total)
+{
+    (void)stage;
+    return hook_progress(user, "volume", done, total);
+}
+
+static void volume_log(void *user, enum cranny_log_level level, const char *text)
+{
+    hook_log(user, level, "%s", text);
+}
+
 enum cranny_status volume_trace(struct volume *volume, const struct cranny_tracer *tracer,
                                 const struct cranny_bake_params *params, struct cranny_error *why)
 {
     struct cranny_gather_params gather = bake_gather_params(params);
     gather.rays = params->volume_rays;
-    gather.hooks = params->hooks;
+    const struct cranny_hooks hooks = {
+        .user = (void *)(uintptr_t)params->hooks, .log = volume_log, .progress = volume_progress};
+    gather.hooks = &hooks;
     float *back = alloc_array(volume->point_count, sizeof *back);
     volume->harmonics = alloc_array(volume->point_count, sizeof *volume->harmonics);
     volume->valid = alloc_array(volume->point_count, 1);

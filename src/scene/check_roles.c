@@ -6,7 +6,8 @@
 #include <ctype.h>
 #include <strings.h>
 
-enum { NOTE_LIMIT = 12, TRY_LIMIT = 100, NAMES_ABOVE = 6, PATTERN_SIZE = 96 };
+/* NAME_LENGTH: what comes behind so many bytes of a name is not looked at. */
+enum { NOTE_LIMIT = 12, NAME_LENGTH = 128, TRY_LIMIT = 100, NAMES_ABOVE = 6, PATTERN_SIZE = 96 };
 
 /* What a word says. Generic ones leave it to the size whether it is a tree, a shrub or grass. */
 enum hint { HINT_NONE, HINT_TREE, HINT_SHRUB, HINT_GRASS, HINT_IGNORED, HINT_PLANT, HINT_MASK };
@@ -48,7 +49,7 @@ static enum hint word_hint(const char *word, size_t length)
 static size_t letters(const char *text, bool to_capital)
 {
     size_t length = 0;
-    while (isalpha((unsigned char)text[length]) &&
+    while (length < NAME_LENGTH && isalpha((unsigned char)text[length]) &&
            !(to_capital && length && isupper((unsigned char)text[length]) &&
              islower((unsigned char)text[length - 1])))
         length++;
@@ -59,7 +60,7 @@ static size_t letters(const char *text, bool to_capital)
  */
 static enum hint name_hint(const char *name)
 {
-    for (const char *at = name; *at;) {
+    for (const char *at = name; *at && at < name + NAME_LENGTH;) {
         const size_t run = letters(at, false);
         enum hint hint = run ? word_hint(at, run) : HINT_NONE;
         for (size_t first = 0, length; hint == HINT_NONE && first < run; first += length) {
@@ -76,11 +77,12 @@ static enum hint name_hint(const char *name)
 /* Length without the numbers that tell copies apart: "Shrub" of "Shrub_012" and of "Shrub.001". */
 static size_t stem_length(const char *name)
 {
-    size_t length = strlen(name);
+    const size_t whole = strnlen(name, NAME_LENGTH);
+    size_t length = whole;
     while (length > 0 && (isdigit((unsigned char)name[length - 1]) ||
                           (length > 1 && strchr("_-. ", name[length - 1]))))
         length--;
-    return length ? length : strlen(name);
+    return length ? length : whole;
 }
 
 /* What is known of a mesh whatever its instances are called. */
@@ -88,7 +90,6 @@ struct mesh_facts {
     double low[3], high[3]; /* object space */
     double masked;          /* share of its triangles */
     enum hint material;     /* of its materials' names */
-    uint32_t instances;
 };
 
 /* An instance that may have another role, under the name that says so. */
@@ -106,6 +107,7 @@ struct inquiry {
     const struct cranny_scene *scene;
     struct findings *findings;
     struct mesh_facts *meshes;
+    enum hint *materials; /* of their names */
     struct suspect *suspects;
     size_t count;
     double diagonal, triangles; /* of the scene */
@@ -113,12 +115,10 @@ struct inquiry {
     bool failed; /* out of memory */
 };
 
-static struct mesh_facts mesh_facts(const struct cranny_scene *scene,
-                                    const struct cranny_mesh *mesh)
+static struct mesh_facts mesh_facts(const struct inquiry *inquiry, const struct cranny_mesh *mesh)
 {
     struct mesh_facts facts = {.low = {INFINITY, INFINITY, INFINITY},
                                .high = {-INFINITY, -INFINITY, -INFINITY}};
-    uint32_t last = UINT32_MAX;
     for (uint32_t v = 0; v < mesh->vertex_count; v++)
         for (int k = 0; k < 3; k++) {
             facts.low[k] = fmin(facts.low[k], (double)mesh->positions[v][k]);
@@ -126,11 +126,9 @@ static struct mesh_facts mesh_facts(const struct cranny_scene *scene,
         }
     for (uint32_t t = 0; t < mesh->triangle_count; t++) {
         const uint32_t index = mesh->triangle_materials[t];
-        const struct cranny_material *material = &scene->materials[index];
-        facts.masked += material->alpha_mode == CRANNY_ALPHA_MASK;
-        if (index != last && facts.material == HINT_NONE)
-            facts.material = name_hint(material->name);
-        last = index;
+        facts.masked += inquiry->scene->materials[index].alpha_mode == CRANNY_ALPHA_MASK;
+        if (facts.material == HINT_NONE)
+            facts.material = inquiry->materials[index];
     }
     facts.masked /= mesh->triangle_count ? mesh->triangle_count : 1;
     return facts;
@@ -391,12 +389,15 @@ enum cranny_status check_roles(struct findings *findings, const struct cranny_sc
                               .suspects =
                                   alloc_array(scene->instance_count, sizeof *inquiry.suspects),
                               .triangles = (double)cranny_scene_triangle_count(scene)};
-    const bool good = inquiry.meshes && inquiry.suspects;
+    inquiry.materials = alloc_array(scene->material_count, sizeof *inquiry.materials);
+    const bool good = inquiry.meshes && inquiry.materials && inquiry.suspects;
+    for (size_t i = 0; good && i < scene->material_count; i++)
+        inquiry.materials[i] = name_hint(scene->materials[i].name);
     for (int k = 0; k < 3; k++)
         inquiry.diagonal += (bounds[3 + k] - bounds[k]) * (bounds[3 + k] - bounds[k]);
     inquiry.diagonal = sqrt(inquiry.diagonal);
     for (size_t i = 0; good && i < scene->mesh_count; i++)
-        inquiry.meshes[i] = mesh_facts(scene, &scene->meshes[i].view);
+        inquiry.meshes[i] = mesh_facts(&inquiry, &scene->meshes[i].view);
     for (size_t i = 0; good && i < scene->instance_count; i++) {
         const struct cranny_instance *instance = &scene->instances[i].view;
         if (instance->role == CRANNY_ROLE_SOLID && instance->lod == 0)
@@ -407,6 +408,7 @@ enum cranny_status check_roles(struct findings *findings, const struct cranny_sc
         check_level_names(findings, scene);
     }
     free(inquiry.meshes);
+    free(inquiry.materials);
     free(inquiry.suspects);
     return good && !inquiry.failed ? CRANNY_OK : fail_memory(why, "check");
 }

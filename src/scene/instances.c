@@ -14,7 +14,10 @@ static enum cranny_status add_instance(struct gltf *gltf, size_t node, uint32_t 
                                    .lod = from->lod,
                                    .lod_group = from->lod_group};
     memcpy(view.world_from_object, transform, sizeof view.world_from_object);
-    enum cranny_status status = cranny_scene_add_instance(gltf->scene, &view, NULL, why);
+    enum cranny_status status =
+        document_reserve(gltf->document, strlen(view.name), "instances", why);
+    if (status == CRANNY_OK)
+        status = cranny_scene_add_instance(gltf->scene, &view, NULL, why);
     if (status != CRANNY_OK)
         return status;
     struct instance *added = &gltf->scene->instances[gltf->scene->instance_count - 1];

@@ -5,7 +5,7 @@
 #define LANES_MAX 16
 
 /* Less than this of a ray is left: what is behind makes no difference. */
-#define LEFT_MIN 0x1p-16f
+#define LEFT_MIN 0x1p-10f
 
 struct dim_call {
     embree_context context; /* first: callbacks get its address */

@@ -13,11 +13,10 @@
 /* A box is at least as thick as this share of its longest side, so that a flat card is one, too. */
 #define THICKNESS_MIN 0.0625f
 
-/* Points per box at which the boxes there are counted; fewer where more than OVERLAP_TESTS of a
- * point and a box would be needed. */
-#define OVERLAP_POINTS 64
-#define OVERLAP_POINTS_MIN 8
-#define OVERLAP_TESTS 65536
+/* Points per box at which the boxes there are counted; fewer where more than NEAR_MAX are near. */
+#define OVERLAP_POINTS 16
+#define CROWDED_POINTS 8
+#define NEAR_MAX 256
 
 struct mesh_box {
     float centre[3], half[3]; /* in the mesh's own space */
@@ -146,14 +145,14 @@ static float density_for(double open, const struct chord *chords, float size)
     return 0.5f * (low + high);
 }
 
-static void measure_density(struct build *build, uint32_t mesh, struct mesh_box *box)
+/* False: out of memory. */
+static bool measure_density(struct build *build, uint32_t mesh, struct mesh_box *box)
 {
     struct chord *chords = alloc_array(CHORDS, sizeof *chords);
     RTCScene scene = chords ? rtcNewScene(build->tracer->device) : NULL;
     if (!scene) {
         free(chords);
-        box->wanted = false;
-        return;
+        return false;
     }
     for (uint32_t i = 0; i < CHORDS; i++)
         chords[i] = box_chord(box, i);
@@ -163,6 +162,7 @@ static void measure_density(struct build *build, uint32_t mesh, struct mesh_box 
     box->density = density_for(open_share(scene, chords), chords, size);
     rtcReleaseScene(scene);
     free(chords);
+    return true;
 }
 
 static enum cranny_status find_boxes(struct build *build, struct mesh_box *boxes,
@@ -176,15 +176,19 @@ static enum cranny_status find_boxes(struct build *build, struct mesh_box *boxes
             box->wanted = true;
             box->instance = i;
         }
+    atomic_bool failed = false;
 #pragma omp parallel for schedule(dynamic) num_threads(build->threads)
     for (uint32_t m = 0; m < mesh_count; m++) {
         if (!boxes[m].wanted)
             continue;
         boxes[m].wanted = find_box(tracer->scene, cranny_scene_mesh(tracer->scene, m), &boxes[m]);
-        if (boxes[m].wanted)
-            measure_density(build, m, &boxes[m]);
+        if (boxes[m].wanted && !measure_density(build, m, &boxes[m]))
+            atomic_store(&failed, true);
     }
-    return build_status(build, why);
+    const enum cranny_status status = build_status(build, why);
+    if (status == CRANNY_OK && atomic_load(&failed))
+        return fail_memory(why, "acceleration structure");
+    return status;
 }
 
 /* From the cube to the world: columns are half the sides, the last one the centre. */
@@ -226,6 +230,7 @@ static bool place_box(const struct cranny_tracer *tracer, uint32_t index,
 struct places {
     const struct cranny_tracer *tracer;
     const struct mesh_box *mesh_boxes;
+    float units[3][OVERLAP_POINTS]; /* points in the cube, evenly (R3 of Roberts 2018) */
 };
 
 static void box_to_world(const struct places *places, uint32_t box, double m[12])
@@ -277,64 +282,100 @@ static RTCScene fog_scene(struct build *build, struct places *places, uint32_t c
 struct count {
     const struct fog_box *boxes;
     uint32_t self;
-    uint64_t others; /* boxes whose bounds are near */
+    bool counts;  /* else the boxes near it are listed */
+    bool crowded; /* and not all found room */
+    uint32_t near_count, near[NEAR_MAX];
     int point_count;
-    float points[OVERLAP_POINTS][3]; /* in the world */
+    float points[3][OVERLAP_POINTS]; /* x, y, z in the world */
     uint64_t inside;
 };
 
-static bool count_box(struct RTCPointQueryFunctionArguments *args)
+static void count_box(struct count *count, uint32_t box)
+{
+    const float *m = count->boxes[box].unit_from_world;
+    const float *x = count->points[0], *y = count->points[1], *z = count->points[2];
+    int inside = 0;
+    for (int i = 0; i < count->point_count; i++) { /* so written, it vectorises */
+        const float a = fabsf(m[0] * x[i] + m[1] * y[i] + m[2] * z[i] + m[3]);
+        const float b = fabsf(m[4] * x[i] + m[5] * y[i] + m[6] * z[i] + m[7]);
+        const float c = fabsf(m[8] * x[i] + m[9] * y[i] + m[10] * z[i] + m[11]);
+        inside += (a <= 1) & (b <= 1) & (c <= 1);
+    }
+    count->inside += (uint64_t)inside;
+}
+
+static bool near_box(struct RTCPointQueryFunctionArguments *args)
 {
     struct count *count = args->userPtr;
     if (args->primID == count->self)
         return false;
-    count->others++;
-    const float *m = count->boxes[args->primID].unit_from_world;
-    for (int i = 0; i < count->point_count; i++) {
-        const float *p = count->points[i];
-        bool inside = true;
-        for (int k = 0; k < 3; k++)
-            inside &= fabsf(m[4 * k] * p[0] + m[4 * k + 1] * p[1] + m[4 * k + 2] * p[2] +
-                            m[4 * k + 3]) <= 1;
-        count->inside += inside;
-    }
+    if (count->counts)
+        count_box(count, args->primID);
+    else if (count->near_count < NEAR_MAX)
+        count->near[count->near_count++] = args->primID;
+    else
+        count->crowded = true;
     return false;
+}
+
+/* Half the longest of a box's four diagonals. */
+static double box_radius(const double m[12])
+{
+    double largest = 0;
+    for (int signs = 0; signs < 4; signs++) {
+        double square = 0;
+        for (int row = 0; row < 3; row++) {
+            const double *r = m + 4 * row;
+            const double reach = r[0] + (signs & 1 ? -r[1] : r[1]) + (signs & 2 ? -r[2] : r[2]);
+            square += reach * reach;
+        }
+        largest = fmax(largest, square);
+    }
+    return sqrt(largest);
 }
 
 static void count_near(RTCScene scene, const double m[12], struct count *count)
 {
-    double square = 0; /* a corner is at most √3 times its root away, slanted sides included */
-    for (int k = 0; k < 3; k++)
-        for (int row = 0; row < 3; row++)
-            square += m[4 * row + k] * m[4 * row + k];
     struct RTCPointQuery query = {
-        .x = (float)m[3], .y = (float)m[7], .z = (float)m[11], .radius = (float)sqrt(3 * square)};
+        .x = (float)m[3], .y = (float)m[7], .z = (float)m[11], .radius = (float)box_radius(m)};
     struct RTCPointQueryContext context;
     rtcInitPointQueryContext(&context);
-    rtcPointQuery(scene, &query, &context, count_box, count);
+    rtcPointQuery(scene, &query, &context, near_box, count);
+}
+
+static void place_overlap_points(const struct places *places, const double m[12],
+                                 struct count *count)
+{
+    for (int row = 0; row < 3; row++) {
+        const float a = (float)m[4 * row], b = (float)m[4 * row + 1], c = (float)m[4 * row + 2];
+        for (int i = 0; i < count->point_count; i++)
+            count->points[row][i] = (float)(m[4 * row + 3] + (double)(a * places->units[0][i] +
+                                                                      b * places->units[1][i] +
+                                                                      c * places->units[2][i]));
+    }
 }
 
 /* The mean number of boxes at a point of a box: 1 when it is alone, n when n are in one place. */
 static double mean_overlap(const struct places *places, RTCScene scene, uint32_t box)
 {
-    static const double steps[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
-    struct count count = {.boxes = places->tracer->boxes, .self = box};
+    struct count count;
+    count.boxes = places->tracer->boxes;
+    count.self = box;
+    count.counts = count.crowded = false;
+    count.near_count = 0;
     double m[12];
     box_to_world(places, box, m);
     count_near(scene, m, &count);
-    if (!count.others)
+    if (!count.near_count)
         return 1;
-    count.point_count =
-        (int)fmin(OVERLAP_POINTS, fmax(OVERLAP_POINTS_MIN, OVERLAP_TESTS / (double)count.others));
-    for (int i = 0; i < count.point_count; i++) {
-        double unit[3];
-        for (int k = 0; k < 3; k++)
-            unit[k] = 2 * fraction(0.5 + steps[k] * i) - 1;
-        for (int k = 0; k < 3; k++)
-            count.points[i][k] = (float)(m[4 * k] * unit[0] + m[4 * k + 1] * unit[1] +
-                                         m[4 * k + 2] * unit[2] + m[4 * k + 3]);
-    }
-    count_near(scene, m, &count);
+    count.inside = 0;
+    count.point_count = count.crowded ? CROWDED_POINTS : OVERLAP_POINTS;
+    count.counts = true;
+    place_overlap_points(places, m, &count);
+    for (uint32_t i = 0; i < count.near_count && !count.crowded; i++)
+        count_box(&count, count.near[i]);
+    if (count.crowded)
+        count_near(scene, m, &count);
     return 1 + (double)count.inside / count.point_count;
 }
 
@@ -371,7 +412,11 @@ static enum cranny_status place_boxes(struct build *build, const struct mesh_box
     tracer->built.fog_boxes = count;
     if (!count)
         return CRANNY_OK;
-    struct places places = {tracer, mesh_boxes};
+    struct places places = {.tracer = tracer, .mesh_boxes = mesh_boxes};
+    static const double steps[3] = {0.8191725133961645, 0.6710436067037893, 0.5497004779019703};
+    for (int k = 0; k < 3; k++)
+        for (int i = 0; i < OVERLAP_POINTS; i++)
+            places.units[k][i] = (float)(2 * fraction(0.5 + steps[k] * i) - 1);
     tracer->fog = fog_scene(build, &places, count);
     const enum cranny_status status = build_status(build, why);
     if (status == CRANNY_OK && !tracer->fog)

@@ -249,6 +249,7 @@ static enum cranny_status plan_instances(struct build *build, struct cranny_erro
         const enum tracer_kind kind = instance_kind(build, instance);
         tracer->instances[i].kind = kind;
         uses[instance->mesh] += has_triangles(kind);
+        tracer->meshes[instance->mesh].used |= kind != KIND_ABSENT;
         tracer->meshes[instance->mesh].tree |= kind == KIND_TREE;
         tracer->built.solids += kind == KIND_SOLID;
         tracer->built.trees += kind == KIND_TREE;
@@ -338,11 +339,10 @@ static enum cranny_status build_all(struct build *build, struct cranny_error *wh
     tracer->instances = alloc_array(instance_count, sizeof *tracer->instances);
     if (!tracer->meshes || !tracer->instances)
         return fail_memory(why, "acceleration structure");
-    enum cranny_status status = CRANNY_OK;
+    enum cranny_status status = plan_instances(build, why);
     for (uint32_t m = 0; m < mesh_count && status == CRANNY_OK; m++)
-        status = classify(build, m, why);
-    if (status == CRANNY_OK)
-        status = plan_instances(build, why);
+        if (tracer->meshes[m].used)
+            status = classify(build, m, why);
     if (status == CRANNY_OK)
         status = build_shared(build, why);
     if (status == CRANNY_OK)

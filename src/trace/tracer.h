@@ -27,8 +27,8 @@ struct tracer_mesh {
     uint32_t counts[TRIANGLE_CLASSES];
     uint32_t *triangles[TRIANGLE_CLASSES]; /* primitive → triangle; NULL: the same number */
     enum mesh_sides sides;
-    RTCScene scene; /* NULL: no instance shares it */
-    bool tree;      /* a tree uses it */
+    RTCScene scene;  /* NULL: no instance shares it */
+    bool used, tree; /* by anything, by a tree */
 };
 
 struct tracer_instance {
