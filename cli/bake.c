@@ -7,6 +7,7 @@
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 static const char *const output_names[] = {"occlusion", "color", "attribute", NULL};
@@ -45,6 +46,14 @@ static const struct option bake_rows[] = {
      .value = "OUT.html",
      .help = "also write a page: seconds and bytes per stage, and for each mesh what was buried, "
              "how well its vertices hold the signal, and what would mend it"},
+    {.name = "cache",
+     .type = OPTION_TEXT,
+     .offset = offsetof(struct bake_options, cache),
+     .value = "DIR",
+     .help =
+         "folder that keeps what the next bake of SCENE with the same parameters can take over: "
+         "all that no change reaches by more than reuse_limit (6 bytes a sample, 8 a vertex; made "
+         "when missing, may be deleted at any time)"},
     {.name = "ground",
      .type = OPTION_OPTIONAL,
      .offset = offsetof(struct bake_options, ground),
@@ -84,6 +93,7 @@ static const char examples[] =
     "  cranny bake map.gltf --to attribute --raw        both distances, for your own shader\n"
     "  cranny bake part.glb --distance-long 0.3 --distance-short 0.002      a small thing\n"
     "  cranny bake level.glb --json | jq .seconds\n"
+    "  cranny bake level.glb --cache ~/.cranny          the next time, only what changed\n"
     "  cranny bake level.glb --role tree='Tree_*' --role shrub='Bush*' --report level.html\n"
     "  cranny bake a.glb --json | jq .parameters > p.json; cranny bake b.glb --preset p.json\n";
 
@@ -95,6 +105,9 @@ static void print_result(const struct job *job)
            job->output, short_count((double)r->vertices, vertices),
            short_count((double)r->triangles, triangles), short_count((double)r->samples, samples),
            short_count((double)r->rays, rays), r->mrays_per_s, job->total_s);
+    char text[160];
+    if (bake_reuse_text(r, text))
+        printf("%s: %s\n", job->options.cache, text);
     if (!job->ui.verbose)
         return;
     fprintf(stderr,
@@ -155,6 +168,24 @@ static enum cranny_status check_options(struct job *job, struct cranny_error *wh
     return status;
 }
 
+/* Whether the folder takes files, or can be made. */
+static enum cranny_status check_cache(const char *folder, struct cranny_error *why)
+{
+    static const char name[] = "/state";
+    struct stat info;
+    if (stat(folder, &info) != 0)
+        return path_check_output(folder, why);
+    if (!S_ISDIR(info.st_mode))
+        return refuse(why, CRANNY_FAILED, "--cache: %.900s: is a file, not a folder", folder);
+    char *inside = malloc(strlen(folder) + sizeof name);
+    if (!inside)
+        return refuse(why, CRANNY_MEMORY, "--cache: out of memory");
+    strcat(strcpy(inside, folder), name);
+    const enum cranny_status status = path_check_output(inside, why);
+    free(inside);
+    return status;
+}
+
 static enum cranny_status check_outputs(const struct job *job, struct cranny_error *why)
 {
     /* Without an input there is more to say than that the folder beside it is missing, too. */
@@ -165,6 +196,8 @@ static enum cranny_status check_outputs(const struct job *job, struct cranny_err
         status = path_check_output(job->options.preview, why);
     if (status == CRANNY_OK && job->options.report)
         status = path_check_output(job->options.report, why);
+    if (status == CRANNY_OK && job->options.cache)
+        status = check_cache(job->options.cache, why);
     return status;
 }
 
@@ -230,6 +263,8 @@ static enum cranny_status run(struct job *job, struct cranny_error *why)
     if (status == CRANNY_OK) {
         struct cranny_error own = {0};
         job->params.hooks = &job->ui.hooks;
+        job->params.cache_folder = job->options.cache;
+        job->params.cache_name = path_name(job->input);
         job->ui.rays_per_sample = job->params.adaptive ? 0 : job->params.rays;
         status = cranny_bake_create(job->scene, &job->params, &job->bake, &own);
         if (status == CRANNY_INPUT)

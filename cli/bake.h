@@ -8,7 +8,7 @@ struct bake_options {
     const char *output;
     int to;
     bool raw, replace, expand;
-    const char *report;
+    const char *report, *cache;
     const char *ground; /* NULL: not given; "": at the lowest vertex */
     const char *preview;
     int preview_size[2];
@@ -33,6 +33,10 @@ uint64_t bake_peak_bytes(void);
 
 /* The result as one object. */
 json_t *bake_json(const struct job *job, const char *to);
+
+/* What a cache was of use for, as a sentence without its end; NULL: there is none. `text` has 160
+ * bytes. */
+const char *bake_reuse_text(const struct cranny_bake_report *report, char text[160]);
 
 /* --report's page. */
 enum cranny_status bake_write_report(const struct job *job, struct cranny_error *why);

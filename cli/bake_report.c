@@ -28,7 +28,7 @@ struct stage {
     uint64_t bytes;
 };
 
-enum { STAGE_COUNT = 13 };
+enum { STAGE_COUNT = 14 };
 
 static void list_stages(const struct job *job, struct stage stages[STAGE_COUNT])
 {
@@ -46,6 +46,7 @@ static void list_stages(const struct job *job, struct stage stages[STAGE_COUNT])
         {"scalar", "shrubs and grass", r->seconds_scalar, 0},
         {"resample", "resample lower levels of detail", r->seconds_resample, 0},
         {"lod", "least-squares fit of these", r->seconds_lod, 0},
+        {"cache", "read, compare and keep for the next bake", r->seconds_cache, r->bytes_cache},
         {"write", "write the file", job->write_s, 0},
     };
     memcpy(stages, list, sizeof list);
@@ -71,6 +72,51 @@ static json_t *bytes_json(const struct cranny_bake_report *r)
                      (json_int_t)r->bytes_samples, "solve", (json_int_t)r->bytes_solve, "volume",
                      (json_int_t)r->bytes_volume, "values", (json_int_t)r->bytes_values, "vertices",
                      (json_int_t)r->bytes_vertices, "peak", (json_int_t)bake_peak_bytes());
+}
+
+/* Of enum cranny_reuse: the word in JSON, and what it means. */
+static const struct {
+    const char *word, *text;
+} reuses[] = {
+    {"off", NULL},
+    {"done", NULL},
+    {"first", "nothing was kept yet"},
+    {"parameters", "what was kept is for other parameters or another version"},
+    {"damaged", "what was kept could not be read"},
+    {"density", "the scene's faces call for another density of samples (set density to fix it)"},
+    {"ground", "the ground plane is elsewhere"},
+    {"vertex", "fit=vertex keeps nothing"},
+};
+
+const char *bake_reuse_text(const struct cranny_bake_report *r, char text[160])
+{
+    const uint64_t changes =
+        r->added_occluders > r->removed_occluders ? r->added_occluders : r->removed_occluders;
+    if (r->reuse == CRANNY_REUSE_OFF)
+        return NULL;
+    if (r->reuse != CRANNY_REUSE_DONE)
+        snprintf(text, 160, "everything baked anew: %s", reuses[r->reuse].text);
+    else if (changes && !r->reused_samples)
+        snprintf(text, 160, "everything baked anew: all is within reach of %" PRIu64 " changes",
+                 changes);
+    else
+        snprintf(text, 160,
+                 "%" PRIu64 " changed; taken over: %.2f %% of the samples, %" PRIu64 " of %" PRIu64
+                 " meshes",
+                 changes, r->samples ? 100.0 * (double)r->reused_samples / (double)r->samples : 0.0,
+                 r->reused_sets, r->meshes);
+    return text;
+}
+
+static json_t *cache_json(const struct job *job)
+{
+    const struct cranny_bake_report *r = &job->report;
+    if (r->reuse == CRANNY_REUSE_OFF)
+        return json_null();
+    return json_pack("{so ss sI sI so sI}", "folder", json_text(job->options.cache), "outcome",
+                     reuses[r->reuse].word, "added", (json_int_t)r->added_occluders, "removed",
+                     (json_int_t)r->removed_occluders, "seconds", json_number(r->seconds_cache),
+                     "bytes", (json_int_t)r->bytes_cache);
 }
 
 static json_t *sets_json(const struct cranny_bake *bake)
@@ -115,6 +161,9 @@ json_t *bake_json(const struct job *job, const char *to)
                   (json_int_t)r->lod_instances, "lod_samples", (json_int_t)r->lod_samples,
                   "lod_missed", (json_int_t)r->lod_missed, "volume_points",
                   (json_int_t)r->volume_points, "volume_buried", (json_int_t)r->volume_buried));
+    json_object_set_new(object, "reused_samples", json_integer((json_int_t)r->reused_samples));
+    json_object_set_new(object, "reused_sets", json_integer((json_int_t)r->reused_sets));
+    json_object_set_new(object, "cache", cache_json(job));
     json_object_set_new(object, "sets", sets_json(job->bake));
     json_object_set_new(object, "to", json_string(to));
     json_object_set_new(object, "parameters",
@@ -180,6 +229,14 @@ static void print_summary(FILE *out, const struct job *job)
                 " trees are half transparent to rays, %" PRIu64 " shrubs are boxes of fog.</p>\n",
                 r->linear_instances, r->scalar_instances, r->lod_instances, r->lod_missed,
                 r->lod_samples, r->trees, r->fog_boxes);
+    char text[160];
+    if (bake_reuse_text(r, text)) {
+        fputs("<p>Cache ", out);
+        html_text(out, job->options.cache);
+        fputs(": ", out);
+        html_text(out, text);
+        fprintf(out, ". It keeps %.1f MiB.</p>\n", (double)r->bytes_cache / 1048576);
+    }
     fprintf(out,
             "<p>A game keeps %.2f MiB of floats; values on every vertex of every instance would be "
             "%.2f MiB.</p>\n",

@@ -9,7 +9,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static const char *file_name(const char *path)
+const char *path_name(const char *path)
 {
     const char *slash = strrchr(path, '/');
     return slash ? slash + 1 : path;
@@ -17,7 +17,7 @@ static const char *file_name(const char *path)
 
 void path_extension(const char *path, char extension[9])
 {
-    const char *name = file_name(path), *dot = strrchr(name, '.');
+    const char *name = path_name(path), *dot = strrchr(name, '.');
     extension[0] = 0;
     if (!dot || dot == name || strlen(dot) > 8)
         return;
@@ -29,8 +29,8 @@ void path_extension(const char *path, char extension[9])
 
 char *path_default_output(const char *input, const char *ending)
 {
-    const char *dot = strrchr(file_name(input), '.');
-    size_t stem = dot && dot != file_name(input) ? (size_t)(dot - input) : strlen(input);
+    const char *dot = strrchr(path_name(input), '.');
+    size_t stem = dot && dot != path_name(input) ? (size_t)(dot - input) : strlen(input);
     char *output = malloc(stem + strlen(ending) + 1);
     if (output) {
         memcpy(output, input, stem);
@@ -89,7 +89,7 @@ enum cranny_status path_check_output(const char *path, struct cranny_error *why)
     struct stat info;
     if (stat(path, &info) == 0 && S_ISDIR(info.st_mode))
         return refuse(why, CRANNY_FAILED, "%.900s: is a folder; name a file in it", path);
-    size_t folder_length = (size_t)(file_name(path) - path);
+    size_t folder_length = (size_t)(path_name(path) - path);
     char *folder = folder_length ? strndup(path, folder_length) : strdup(".");
     if (!folder)
         return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", path);

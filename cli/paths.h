@@ -4,6 +4,9 @@
 
 #include <cranny/base.h>
 
+/* The path's last part. */
+const char *path_name(const char *path);
+
 /* The file's extension with its dot, lower case, at most 7 letters; "" when it has none. */
 void path_extension(const char *path, char extension[9]);
 

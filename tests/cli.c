@@ -277,6 +277,30 @@ static void test_outputs(void)
         CHECK(unlink(made[i]) == 0);
 }
 
+/* The second bake takes all over, and says so. */
+static void test_cache(void)
+{
+    struct result result = run("bake", "grid.glb", "-o", "kept.glb", "--cache", "kept", NULL);
+    CHECK_INT(result.exit, 0);
+    CHECK_TEXT(result.out, "everything baked anew: nothing was kept yet");
+    done(&result);
+    result =
+        run("bake", "grid.glb", "-o", "kept.glb", "--cache", "kept", "--report", "kept.html", NULL);
+    CHECK_INT(result.exit, 0);
+    CHECK_TEXT(result.out, "0 changed; taken over: 100.00 % of the samples, 1 of 1 meshes");
+    done(&result);
+    result =
+        run("bake", "grid.glb", "-o", "kept.glb", "--cache", "kept", "--rays", "9", "--json", NULL);
+    CHECK_TEXT(result.out, "\"outcome\": \"parameters\"");
+    CHECK_TEXT(result.out, "\"reused_samples\": 0");
+    done(&result);
+    result = run("bake", "grid.glb", "-o", "kept.glb", "--json", NULL);
+    CHECK_TEXT(result.out, "\"cache\": null");
+    done(&result);
+    CHECK(unlink("kept.glb") == 0 && unlink("kept.html") == 0);
+    CHECK_INT(system("rm -r kept"), 0);
+}
+
 /* The input is no scene: an exit of 1 shows that the folder was tried before anything was read. */
 static void test_folders(void)
 {
@@ -287,6 +311,9 @@ static void test_folders(void)
     mkdir("folder.glb", 0700);
     check_failure(run("bake", "junk.glb", "-o", "folder.glb", NULL), 1, "folder.glb");
     rmdir("folder.glb");
+    check_failure(run("bake", "junk.glb", "--cache", "no/such", NULL), 1, "no/such");
+    check_failure(run("bake", "junk.glb", "--cache", "/proc", NULL), 1, "/proc");
+    check_failure(run("bake", "junk.glb", "--cache", "junk.glb", NULL), 1, "--cache");
     if (geteuid() != 0) {
         mkdir("closed", 0500);
         check_failure(run("bake", "junk.glb", "-o", "closed/a.glb", NULL), 1, "closed/a.glb");
@@ -432,6 +459,7 @@ int main(void)
     test_info_check();
     test_roles();
     test_outputs();
+    test_cache();
     test_folders();
     test_full_disk();
     test_same_bits();

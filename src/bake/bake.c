@@ -151,10 +151,11 @@ static enum cranny_status trace_samples(struct run *run, struct pass *pass,
         return CRANNY_OK;
     struct cranny_bake_report *report = &run->bake->report;
     const double begin = seconds_now();
-    enum cranny_status status =
-        samples_collect(&pass->plan, run->tracer, run->params, &pass->samples, why);
+    enum cranny_status status = samples_collect(&pass->plan, run->tracer, run->params,
+                                                run->bake->cache, &pass->samples, why);
     report->seconds_trace = seconds_now() - begin;
-    report->bytes_samples = pass->plan.sample_count * (sizeof(struct sample) + 1) +
+    const size_t kept = run->bake->cache ? sizeof(struct kept) : 0;
+    report->bytes_samples = pass->plan.sample_count * (sizeof(struct sample) + 1 + kept) +
                             cranny_scene_triangle_count(run->scene) * 4;
     return status;
 }
@@ -200,12 +201,18 @@ static enum cranny_status bake_surfaces(struct run *run, struct cranny_error *wh
     if (status == CRANNY_OK && !anything_to_bake(run, &pass))
         status = fail(why, CRANNY_INPUT,
                       "the scene has no triangle with area: there is nothing to bake");
+    if (status == CRANNY_OK && run->bake->cache)
+        status = cache_open(run->bake->cache, &pass.plan, why);
+    if (status == CRANNY_OK)
+        status = pass_use_cache(&pass, run->bake->cache, why);
     if (status == CRANNY_OK)
         status = build_tracer(run, why);
     if (status == CRANNY_OK)
         status = trace_samples(run, &pass, why);
     if (status == CRANNY_OK)
         status = fit_samples(run, &pass, why);
+    if (status == CRANNY_OK && run->bake->cache)
+        status = cache_keep_samples(run->bake->cache, &pass.plan, &pass.samples, why);
     if (status == CRANNY_OK)
         pass_publish(&pass, run->bake->treatments);
     pass_end(&pass);
@@ -287,9 +294,26 @@ static uint64_t set_bytes(const struct value_set *set)
     return sizeof(float) * set->vertex_count;
 }
 
+static void report_cache(struct run *run)
+{
+    struct cranny_bake_report *report = &run->bake->report;
+    const struct cache *cache = run->bake->cache;
+    if (run->params->cache_folder)
+        report->reuse = cache ? cache->outcome : CRANNY_REUSE_VERTEX;
+    if (!cache)
+        return;
+    report->reused_samples = cache->reused_samples;
+    report->reused_sets = cache->reused_sets;
+    report->added_occluders = cache->change.added;
+    report->removed_occluders = cache->change.removed;
+    report->seconds_cache = cache->seconds;
+    report->bytes_cache = cache->bytes;
+}
+
 static void finish_report(struct run *run)
 {
     struct cranny_bake_report *report = &run->bake->report;
+    report_cache(run);
     report->meshes = run->bake->set_count;
     report->instances = run->scene->instance_count;
     report->vertices = cranny_scene_vertex_count(run->scene);
@@ -330,11 +354,17 @@ enum cranny_status cranny_bake_create(const struct cranny_scene *scene,
     if (status != CRANNY_OK)
         return status;
     status = bake_new(scene, &run.bake, why);
+    if (status == CRANNY_OK && run.params->fit != CRANNY_FIT_VERTEX)
+        status = cache_create(run.params, &run.bake->cache, why);
     if (status == CRANNY_OK)
         status = bake_all(&run, why);
+    if (status == CRANNY_OK && run.bake->cache)
+        cache_save(run.bake->cache);
     if (status == CRANNY_OK)
         finish_report(&run);
-    else
+    if (run.bake)
+        cache_destroy(&run.bake->cache);
+    if (status != CRANNY_OK)
         cranny_bake_destroy(&run.bake);
     *bake = run.bake;
     return status;

@@ -2,6 +2,7 @@
 #ifndef BAKE_BAKE_H
 #define BAKE_BAKE_H
 
+#include "bake/cache.h"
 #include "bake/fit.h"
 
 enum { CHANNELS = 3 }; /* of enum cranny_channel */
@@ -12,6 +13,7 @@ struct value_set {
     uint32_t mesh, instance_first, instance_count;
     uint32_t vertex_count;
     float *values; /* the channels, one after the other */
+    uint64_t key;  /* of the values in the cache; 0: they are not there */
     double area;
     uint64_t samples;
     struct fit_report fit;
@@ -24,6 +26,7 @@ struct cranny_bake {
     uint32_t *set_of; /* per instance; SET_NONE: no values */
     struct value_set *sets;
     size_t set_count, set_capacity;
+    struct cache *cache;          /* while it is made; NULL: none */
     uint8_t *treatments;          /* per instance: enum cranny_treatment */
     float (*linear)[CHANNELS][4]; /* per instance; NULL: none has coefficients */
 };

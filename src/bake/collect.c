@@ -1,5 +1,6 @@
 /* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.1:
  * samples whose rays see too many back faces are buried and dropped. */
+#include "bake/cache.h"
 #include "bake/sheets.h"
 
 #include "base/vector.h"
@@ -29,8 +30,8 @@ struct batch {
     struct gather_result results[BATCH];
     uint64_t ids[BATCH];
     uint32_t instances[BATCH];
-    int count;
-    uint64_t rays;
+    int count, passed; /* passed: done without rays */
+    uint64_t rays, reused, traced;
 };
 
 struct collector {
@@ -38,6 +39,7 @@ struct collector {
     sample_source_fn *source;
     void *source_user;
     struct samples *samples;
+    struct sample_reuse *reuse;  /* NULL: none */
     const struct sheets *sheets; /* NULL: all triangles from the front; else the turned ones */
     int batch_limit;             /* points traced without a look at the cancel flag */
     struct watch watch;
@@ -59,35 +61,47 @@ static bool add_work(struct work_list *list, const struct target *target, uint32
     return true;
 }
 
-static bool list_work(const struct plan *plan, int rays, struct work_list *list)
+static bool list_work(const struct plan *plan, int rays, const bool *skip, struct work_list *list)
 {
     const uint32_t grain = (uint32_t)max_int(RAYS_PER_WORK / rays, 1);
     for (size_t i = 0; i < plan->target_count; i++) {
         const struct target *target = &plan->targets[i];
-        if (target->sample_count &&
+        if (target->sample_count && !(skip && skip[i]) &&
             !add_work(list, target, (uint32_t)i, plan_mesh(plan, target)->triangle_count, grain))
             return false;
     }
     return true;
 }
 
+/* What is seen from behind is not kept: fronts decide where that is of use. */
+static void set_sample(struct collector *collector, uint64_t id, const struct kept *kept)
+{
+    struct samples *samples = collector->samples;
+    memcpy(samples->values[id].visibility, kept->visibility, sizeof kept->visibility);
+    samples->valid[id] = kept->back;
+    if (samples->kept && !collector->sheets)
+        samples->kept[id] = *kept;
+}
+
 static void flush(struct collector *collector, struct batch *batch)
 {
-    watch_advance(&collector->watch, (size_t)batch->count);
+    watch_advance(&collector->watch, (size_t)batch->count + (size_t)batch->passed);
+    batch->passed = 0;
     if (!watch_goes_on(&collector->watch))
         batch->count = 0;
     collector->source(collector->source_user, batch->points, batch->instances, (size_t)batch->count,
                       batch->results);
     for (int i = 0; i < batch->count; i++) {
         const struct gather_result *result = &batch->results[i];
-        struct sample *sample = &collector->samples->values[batch->ids[i]];
-        for (int c = 0; c < 2; c++)
-            sample->visibility[c] =
-                (uint16_t)(clamp_float(result->visibility[c], 0, 1) * 65535 + 0.5f);
         const double share = result->rays ? (double)result->back_faces / result->rays : 0;
-        collector->samples->valid[batch->ids[i]] = (uint8_t)(share * 255 + 0.5);
+        struct kept kept = {.back = (uint8_t)(share * 255 + 0.5)};
+        for (int c = 0; c < 2; c++)
+            kept.visibility[c] =
+                (uint16_t)(clamp_float(result->visibility[c], 0, 1) * 65535 + 0.5f);
+        set_sample(collector, batch->ids[i], &kept);
         batch->rays += result->rays;
     }
+    batch->traced += (uint64_t)batch->count;
     batch->count = 0;
 }
 
@@ -149,7 +163,7 @@ static void shade(const struct placed *placed, const double l[3], double normal[
             normal[k] = -normal[k];
 }
 
-static void make_point(const struct placed *placed, const double l[3], uint64_t id, double side,
+static void make_point(const struct placed *placed, const double l[3], uint32_t id, double side,
                        struct gather_point *point)
 {
     double normal[3];
@@ -161,18 +175,23 @@ static void make_point(const struct placed *placed, const double l[3], uint64_t 
         point->face_normal[k] = (float)(side * placed->face[k]);
     }
     point->extent = (float)placed->extent;
-    point->id = (uint32_t)id;
+    point->id = id;
 }
 
 /* Which instance a sample of a shared mesh is traced in: the samples of a triangle step evenly
  * through the instances' shares of the area. */
+static double pick_number(const struct plan *plan, uint32_t triangle, uint32_t index)
+{
+    const uint32_t step = hash_combine(triangle, plan->shift[0]) + index * 0x9e3779b9u;
+    return ((double)step + 0.5) * 0x1p-32;
+}
+
 static uint32_t pick_instance(const struct plan *plan, const struct target *target,
                               uint32_t triangle, uint32_t index)
 {
     if (target->instance_count == 1)
         return plan->order[target->instance_first];
-    const uint32_t step = hash_combine(triangle, plan->shift[0]) + index * 0x9e3779b9u;
-    const double u = ((double)step + 0.5) * 0x1p-32;
+    const double u = pick_number(plan, triangle, index);
     const double *share = plan->share + target->instance_first;
     uint32_t low = 0, high = target->instance_count - 1;
     while (low < high) {
@@ -183,6 +202,48 @@ static uint32_t pick_instance(const struct plan *plan, const struct target *targ
             low = middle + 1;
     }
     return plan->order[target->instance_first + low];
+}
+
+/* The same in the last bake: where that instance stood. */
+static uint64_t picked_place(const struct cache_samples *old, double u)
+{
+    uint32_t low = 0, high = old->pick_count - 1;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        if (old->picks[middle].share > u)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return old->picks[low].place;
+}
+
+/* A sample as the last bake left it; NULL: there is none at this place. */
+static const struct kept *find_kept(const struct collector *collector, const struct target *target,
+                                    uint32_t triangle, uint32_t s, uint32_t instance)
+{
+    if (!collector->reuse || collector->sheets)
+        return NULL;
+    const struct plan *plan = collector->plan;
+    const struct cache_samples *old = &collector->reuse->old[target - plan->targets];
+    if (!old->kept ||
+        (old->picks && picked_place(old, pick_number(plan, triangle, s)) != plan->places[instance]))
+        return NULL;
+    return &old->kept[target->sample_start[triangle] + s];
+}
+
+/* Take a sample over, if it stands. */
+static bool reuse_sample(struct collector *collector, const struct kept *old, uint64_t id,
+                         uint32_t instance, struct batch *batch)
+{
+    struct kept kept;
+    if (!old || !collector->reuse->stands(collector->reuse->user, &batch->points[batch->count],
+                                          instance, old, &kept))
+        return false;
+    set_sample(collector, id, &kept);
+    batch->reused++;
+    batch->passed++;
+    return true;
 }
 
 static void collect_triangle(struct collector *collector, const struct target *target,
@@ -205,8 +266,12 @@ static void collect_triangle(struct collector *collector, const struct target *t
             continue;
         }
         double l[3];
-        sample_barycentrics(plan->shift, id, l);
-        make_point(&placed, l, id, collector->sheets ? -1 : 1, &batch->points[batch->count]);
+        const uint32_t number = target->sequence + first + s;
+        sample_barycentrics(plan->shift, number, l);
+        make_point(&placed, l, number, collector->sheets ? -1 : 1, &batch->points[batch->count]);
+        const struct kept *old = find_kept(collector, target, triangle, s, instance);
+        if (reuse_sample(collector, old, id, instance, batch))
+            continue;
         batch->instances[batch->count] = instance;
         batch->ids[batch->count++] = id;
         if (batch->count == collector->batch_limit)
@@ -231,8 +296,8 @@ static void collect_work(struct collector *collector, const struct work *work, s
 
 static void collect_all(struct collector *collector, const struct work_list *list, int threads)
 {
-    uint64_t rays = 0;
-#pragma omp parallel num_threads(threads) reduction(+ : rays)
+    uint64_t rays = 0, reused = 0, traced = 0;
+#pragma omp parallel num_threads(threads) reduction(+ : rays, reused, traced)
     {
         const unsigned saved = gather_thread_begin();
         struct batch batch = {.count = 0};
@@ -241,9 +306,15 @@ static void collect_all(struct collector *collector, const struct work_list *lis
             if (!watch_stopped(&collector->watch))
                 collect_work(collector, &list->items[i], &batch);
         rays += batch.rays;
+        reused += batch.reused;
+        traced += batch.traced;
         gather_thread_end(saved);
     }
     collector->samples->rays += rays;
+    if (collector->reuse && !collector->sheets) {
+        collector->reuse->reused += reused;
+        collector->reuse->taken += traced;
+    }
 }
 
 /* Once more, from behind, where the fronts turned out to be the insides of solids. */
@@ -311,13 +382,16 @@ struct cranny_gather_params bake_gather_params(const struct cranny_bake_params *
     return gather;
 }
 
-static enum cranny_status samples_alloc(const struct plan *plan, struct samples *samples,
+static enum cranny_status samples_alloc(const struct plan *plan, bool keep, struct samples *samples,
                                         struct cranny_error *why)
 {
     *samples = (struct samples){0};
     samples->values = alloc_array(plan->sample_count, sizeof *samples->values);
     samples->valid = alloc_array(plan->sample_count, 1);
-    return samples->values && samples->valid ? CRANNY_OK : fail_memory(why, "samples");
+    samples->kept = keep ? alloc_array(plan->sample_count, sizeof *samples->kept) : NULL;
+    return samples->values && samples->valid && (samples->kept || !keep)
+               ? CRANNY_OK
+               : fail_memory(why, "samples");
 }
 
 struct ray_source {
@@ -350,41 +424,85 @@ static enum cranny_status run(struct collector *collector, const struct work_lis
     return CRANNY_OK;
 }
 
-enum cranny_status samples_collect_from(const struct plan *plan, sample_source_fn *source,
-                                        void *user, const struct cranny_bake_params *params,
-                                        struct samples *samples, struct cranny_error *why)
+static enum cranny_status collect(struct collector *collector,
+                                  const struct cranny_bake_params *params, const bool *skip,
+                                  struct cranny_error *why)
 {
+    const struct plan *plan = collector->plan;
     struct work_list list = {0};
-    struct collector collector = {
-        .plan = plan,
-        .source = source,
-        .source_user = user,
-        .samples = samples,
-        .batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1)),
-    };
-    enum cranny_status status = samples_alloc(plan, samples, why);
-    if (status == CRANNY_OK && !list_work(plan, params->rays, &list))
+    collector->batch_limit = min_int(BATCH, max_int(RAYS_PER_WORK / params->rays, 1));
+    enum cranny_status status = samples_alloc(plan, collector->reuse, collector->samples, why);
+    if (status == CRANNY_OK && !list_work(plan, params->rays, skip, &list))
         status = fail_memory(why, "samples");
-    watch_begin(&collector.watch, params->hooks, source == trace_source ? "trace" : "resample",
-                plan->sample_count);
+    watch_begin(&collector->watch, params->hooks,
+                collector->source == trace_source ? "trace" : "resample", plan->sample_count);
     if (status == CRANNY_OK)
-        status = run(&collector, &list, params, why);
+        status = run(collector, &list, params, why);
     free(list.items);
     if (status != CRANNY_OK)
-        samples_free(samples);
+        samples_free(collector->samples);
+    return status;
+}
+
+enum cranny_status samples_collect_from(const struct plan *plan, sample_source_fn *source,
+                                        void *user, const struct cranny_bake_params *params,
+                                        const bool *skip, struct sample_reuse *reuse,
+                                        struct samples *samples, struct cranny_error *why)
+{
+    struct collector collector = {
+        .plan = plan, .source = source, .source_user = user, .reuse = reuse, .samples = samples};
+    return collect(&collector, params, skip, why);
+}
+
+struct ray_reuse {
+    const struct cache *cache;
+    const struct gather_plan *gather;
+};
+
+static bool rays_stand(void *user, const struct gather_point *point, uint32_t instance,
+                       const struct kept *old, struct kept *kept)
+{
+    const struct ray_reuse *rays = user;
+    (void)instance;
+    return cache_stands(rays->cache, rays->gather, point, old, kept);
+}
+
+/* Rays, but for what the cache has. */
+static enum cranny_status collect_with_cache(struct collector *collector,
+                                             const struct cranny_bake_params *params,
+                                             const struct gather_plan *gather, struct cache *cache,
+                                             struct cranny_error *why)
+{
+    const struct plan *plan = collector->plan;
+    struct ray_reuse rays = {cache, gather};
+    struct cache_samples *old = alloc_array(plan->target_count, sizeof *old);
+    struct sample_reuse reuse = {.old = old, .stands = rays_stand, .user = &rays};
+    if (!old)
+        return fail_memory(why, "samples");
+    for (size_t i = 0; i < plan->target_count; i++)
+        old[i] = cache_find_samples(cache, &plan->targets[i]);
+    collector->reuse = &reuse;
+    const enum cranny_status status = collect(collector, params, NULL, why);
+    cache->reused_samples += reuse.reused;
+    cache->news |= reuse.taken > 0;
+    free(old);
     return status;
 }
 
 enum cranny_status samples_collect(const struct plan *plan, const struct cranny_tracer *tracer,
-                                   const struct cranny_bake_params *params, struct samples *samples,
-                                   struct cranny_error *why)
+                                   const struct cranny_bake_params *params, struct cache *cache,
+                                   struct samples *samples, struct cranny_error *why)
 {
     const struct cranny_gather_params wanted = bake_gather_params(params);
     struct ray_source source = {.tracer = tracer};
+    struct collector collector = {
+        .plan = plan, .source = trace_source, .source_user = &source, .samples = samples};
     *samples = (struct samples){0};
     enum cranny_status status = gather_plan_create(&wanted, params->adaptive, &source.gather, why);
-    if (status == CRANNY_OK)
-        status = samples_collect_from(plan, trace_source, &source, params, samples, why);
+    if (status == CRANNY_OK && cache)
+        status = collect_with_cache(&collector, params, source.gather, cache, why);
+    else if (status == CRANNY_OK)
+        status = collect(&collector, params, NULL, why);
     gather_plan_destroy(&source.gather);
     return status;
 }
@@ -393,5 +511,6 @@ void samples_free(struct samples *samples)
 {
     free(samples->values);
     free(samples->valid);
+    free(samples->kept);
     *samples = (struct samples){0};
 }

@@ -37,7 +37,7 @@ struct fit {
 static bool takes_part(const struct fit *fit, uint64_t id, enum half half)
 {
     return fit->samples->valid[id] &&
-           (half == BOTH_HALVES || (id & 1) == (half == ODD_HALF ? 1 : 0));
+           (half == BOTH_HALVES || ((id - fit->target->sample_base) & 1) == (half == ODD_HALF));
 }
 
 static void add_triangle(const struct fit *fit, uint32_t t)
@@ -54,7 +54,7 @@ static void add_triangle(const struct fit *fit, uint32_t t)
         const struct sample *sample = &fit->samples->values[id];
         const double f[2] = {sample_value(sample, 0), sample_value(sample, 1)};
         double l[3];
-        sample_barycentrics(fit->plan->shift, id, l);
+        sample_barycentrics(fit->plan->shift, target->sequence + (uint64_t)s, l);
         lsq_add(&fit->terms[t], weight, l, f);
     }
 }
@@ -146,7 +146,7 @@ static void blend_sample(const struct fit *fit, const double (*x)[2], const uint
 {
     const double blend[2] = {1 - fit->params->short_weight, fit->params->short_weight};
     double l[3];
-    sample_barycentrics(fit->plan->shift, id, l);
+    sample_barycentrics(fit->plan->shift, fit->target->sequence + id - fit->target->sample_base, l);
     *fitted = *sampled = 0;
     for (int k = 0; k < 2; k++) {
         *fitted +=

@@ -4,6 +4,7 @@
 
 #include "bake/pass.h"
 #include "bake/volume.h"
+#include "base/hash.h"
 #include "base/vector.h"
 
 /* Weight of the pull of the three slopes toward 0, in points' worth: instances whose points lie in
@@ -22,6 +23,7 @@ struct model {
     uint32_t mesh, set;
     struct probe *probes;
     uint32_t probe_count;
+    uint64_t shape;          /* mesh_shape_key, with a cache */
     double center[3], scale; /* of its box, for the conditioning of the fit */
 };
 
@@ -92,6 +94,7 @@ static enum cranny_status model_create(const struct cranny_bake *bake,
         model->scale = fmax(model->scale, 0.5 * (box[3 + k] - box[k]));
     }
     model->scale = model->scale > 0 ? model->scale : 1;
+    model->shape = bake->cache ? mesh_shape_key(mesh) : 0;
     place_probes(mesh, &bake->sets[set], (uint32_t)points, model);
     return CRANNY_OK;
 }
@@ -182,6 +185,8 @@ struct fitting {
     uint32_t *instances; /* the linear ones */
     size_t count;
     struct volume volume;
+    struct kept *kept; /* linear_points an instance; NULL: no cache */
+    atomic_bool traced;
 };
 
 static const struct model *model_of(const struct fitting *fitting, uint32_t instance)
@@ -214,31 +219,110 @@ static void fit_from_volume(const struct fitting *fitting, uint32_t instance,
     fit_instance(model, (const float(*)[CHANNELS])truth, fitting->bake->linear[instance]);
 }
 
-static void fit_from_surface(const struct fitting *fitting, const struct gather_plan *gather,
-                             uint32_t instance, float (*truth)[CHANNELS])
+static bool place_point(const struct model *model, const struct frame *frame, uint32_t probe,
+                        uint64_t place, struct gather_point *point)
 {
+    double position[3], normal[3], face[3];
+    if (!show_probe(frame, &model->probes[probe], position, normal, face))
+        return false;
+    *point = (struct gather_point){.id = (uint32_t)place + probe};
+    for (int k = 0; k < 3; k++) {
+        point->position[k] = (float)position[k];
+        point->normal[k] = (float)normal[k];
+        point->face_normal[k] = (float)face[k];
+    }
+    point->extent = (float)(2 * model->scale);
+    return true;
+}
+
+/* `back` 0: good, 255: buried. */
+static void trace_probe(const struct fitting *fitting, const struct gather_plan *gather,
+                        const struct gather_point *point, struct kept *kept)
+{
+    struct gather_result result;
+    const double limit = (double)fitting->params->back_limit;
+    gather_points(fitting->tracer, gather, point, 1, &result);
+    *kept = (struct kept){
+        .back = limit >= 1 || (double)result.back_faces <= limit * result.rays ? 0 : 255};
+    for (int c = 0; c < 2; c++)
+        kept->visibility[c] = (uint16_t)(clamp_float(result.visibility[c], 0, 1) * 65535 + 0.5f);
+}
+
+static uint64_t probes_key(const struct model *model, const double world_from_object[12])
+{
+    return hash_bytes(model->shape, world_from_object, 12 * sizeof *world_from_object);
+}
+
+static const struct kept *find_probes(const struct fitting *fitting, const struct model *model,
+                                      uint64_t key)
+{
+    size_t size = 0;
+    const struct kept *old =
+        fitting->kept ? state_find(&fitting->bake->cache->old, STATE_PROBES, key, &size) : NULL;
+    return size == model->probe_count * sizeof *old ? old : NULL;
+}
+
+/* One probe's rays, kept or traced; false: nothing is known there. */
+static bool probe_values(struct fitting *fitting, const struct gather_plan *gather,
+                         const struct gather_point *point, const struct kept *old,
+                         struct kept *kept, float raw[2])
+{
+    if (!old || !cache_stands(fitting->bake->cache, gather, point, old, kept)) {
+        trace_probe(fitting, gather, point, kept);
+        atomic_store(&fitting->traced, true);
+    }
+    for (int c = 0; c < 2; c++)
+        raw[c] = (float)(kept->visibility[c] * (1.0 / 65535));
+    return !kept->back;
+}
+
+/* `number`: of the instance among the linear ones. */
+static void fit_from_surface(struct fitting *fitting, const struct gather_plan *gather,
+                             size_t number, float (*truth)[CHANNELS])
+{
+    const uint32_t instance = fitting->instances[number];
     const struct model *model = model_of(fitting, instance);
     struct frame frame;
     frame_make(&fitting->scene->instances[instance].view, &frame);
+    const uint64_t place = hash_bytes(HASH_BEGIN, frame.world, sizeof frame.world);
+    const struct kept *old = find_probes(fitting, model, probes_key(model, frame.world));
+    struct kept *keep =
+        fitting->kept ? fitting->kept + number * (size_t)fitting->params->linear_points : NULL;
     for (uint32_t i = 0; i < model->probe_count; i++) {
-        double position[3], normal[3], face[3];
-        struct gather_point point = {.id = instance * model->probe_count + i};
-        struct gather_result result;
+        struct gather_point point;
+        struct kept kept = {.back = 255};
+        float raw[2];
         truth[i][0] = truth[i][1] = truth[i][2] = NAN;
-        if (!show_probe(&frame, &model->probes[i], position, normal, face))
-            continue;
-        for (int k = 0; k < 3; k++) {
-            point.position[k] = (float)position[k];
-            point.normal[k] = (float)normal[k];
-            point.face_normal[k] = (float)face[k];
-        }
-        point.extent = (float)(2 * model->scale);
-        gather_points(fitting->tracer, gather, &point, 1, &result);
-        if (fitting->params->back_limit >= 1 ||
-            (double)result.back_faces <= (double)fitting->params->back_limit * result.rays)
-            set_truth(fitting->params, result.visibility, truth[i]);
+        if (place_point(model, &frame, i, place, &point) &&
+            probe_values(fitting, gather, &point, old ? &old[i] : NULL, &kept, raw))
+            set_truth(fitting->params, raw, truth[i]);
+        if (keep)
+            keep[i] = kept;
     }
     fit_instance(model, (const float(*)[CHANNELS])truth, fitting->bake->linear[instance]);
+}
+
+/* Let the next bake have the probes. */
+static enum cranny_status keep_probes(struct fitting *fitting, struct cranny_error *why)
+{
+    struct cache *cache = fitting->bake->cache;
+    struct kept *kept = fitting->kept;
+    if (!kept)
+        return CRANNY_OK;
+    fitting->kept = NULL;
+    const enum cranny_status status = cache_own(cache, kept, why);
+    cache->news |= atomic_load(&fitting->traced);
+    for (size_t i = 0; status == CRANNY_OK && i < fitting->count; i++) {
+        const uint32_t instance = fitting->instances[i];
+        const struct model *model = model_of(fitting, instance);
+        const uint64_t key =
+            probes_key(model, fitting->scene->instances[instance].view.world_from_object);
+        if (!state_add(&cache->next, STATE_PROBES, key,
+                       kept + i * (size_t)fitting->params->linear_points,
+                       model->probe_count * sizeof *kept))
+            return fail_memory(why, "cache");
+    }
+    return status;
 }
 
 static enum cranny_status fit_all(struct fitting *fitting, const struct gather_plan *gather,
@@ -259,7 +343,7 @@ static enum cranny_status fit_all(struct fitting *fitting, const struct gather_p
             if (atomic_load(&failed) || !watch_goes_on(&watch))
                 continue;
             if (gather)
-                fit_from_surface(fitting, gather, fitting->instances[i], truth);
+                fit_from_surface(fitting, gather, i, truth);
             else
                 fit_from_volume(fitting, fitting->instances[i], truth);
             watch_advance(&watch, 1);
@@ -334,10 +418,17 @@ static enum cranny_status fit_models(struct fitting *fitting, struct cranny_erro
     } else {
         const struct cranny_gather_params wanted = bake_gather_params(fitting->params);
         status = gather_plan_create(&wanted, false, &gather, why);
+        if (fitting->bake->cache)
+            fitting->kept = alloc_array(fitting->count * (size_t)fitting->params->linear_points,
+                                        sizeof *fitting->kept);
+        if (status == CRANNY_OK && fitting->bake->cache && !fitting->kept)
+            status = fail_memory(why, "cache");
     }
     const double begin = seconds_now();
     if (status == CRANNY_OK)
         status = fit_all(fitting, gather, why);
+    if (status == CRANNY_OK)
+        status = keep_probes(fitting, why);
     fitting->bake->report.seconds_linear = seconds_now() - begin;
     gather_plan_destroy(&gather);
     return status;
@@ -357,6 +448,7 @@ enum cranny_status linear_fit(struct cranny_bake *bake, const struct cranny_scen
     free(fitting.models);
     free(fitting.model_of);
     free(fitting.instances);
+    free(fitting.kept);
     volume_free(&fitting.volume);
     return status;
 }
@@ -416,7 +508,7 @@ static enum cranny_status bake_alone(void *user, uint32_t instance, struct crann
     if (status == CRANNY_OK)
         status = bake_tracer_create(&stand_in, &own, &tracer, why);
     if (status == CRANNY_OK && own.fit != CRANNY_FIT_VERTEX)
-        status = samples_collect(&pass.plan, tracer, &own, &pass.samples, why);
+        status = samples_collect(&pass.plan, tracer, &own, NULL, &pass.samples, why);
     if (status == CRANNY_OK)
         status = pass_fit(&pass, tracer, why);
     bake->report.rays += pass.samples.rays;

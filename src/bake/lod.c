@@ -1,6 +1,7 @@
 /* Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.2.1. */
 #include "bake/lod.h"
 
+#include "bake/levels.h"
 #include "bake/pass.h"
 #include "bake/resample.h"
 
@@ -11,6 +12,9 @@
  * nothing, up to 1/6 of the diagonal. */
 #define RADIUS_SHARE 0.005
 #define DOUBLINGS 5
+/* A sample says how often its sphere was doubled by that many of as many rays; or that there was
+ * nothing, by all of them. */
+#define TELLING_RAYS 255
 
 struct transfer {
     struct resampler resampler; /* group aside */
@@ -18,30 +22,31 @@ struct transfer {
     double *radius; /* per instance */
 };
 
-static bool transfer_point(const struct transfer *transfer, uint32_t instance,
-                           const float position[3], const float normal[3], uint32_t id,
-                           float raw[2])
+/* Returns how often the radius was doubled; −1: there is nothing. */
+static int transfer_point(const struct transfer *transfer, uint32_t instance,
+                          const float position[3], const float normal[3], uint32_t id, float raw[2])
 {
     struct resampler resampler = transfer->resampler;
     const double center[3] = {(double)position[0], (double)position[1], (double)position[2]};
     const double facing[3] = {(double)normal[0], (double)normal[1], (double)normal[2]};
     double values[CHANNELS];
     resampler.lod_group = transfer->scene->instances[instance].view.lod_group;
-    const bool found = resample_widening(&resampler, center, facing, transfer->radius[instance],
-                                         DOUBLINGS, id, RAYS, values);
+    const int doublings = resample_widening(&resampler, center, facing, transfer->radius[instance],
+                                            DOUBLINGS, id, RAYS, values);
     raw[0] = (float)values[CRANNY_CHANNEL_LONG];
     raw[1] = (float)values[CRANNY_CHANNEL_SHORT];
-    return found;
+    return doublings;
 }
 
 static void transfer_source(void *user, const struct gather_point *points,
                             const uint32_t *instances, size_t count, struct gather_result *results)
 {
     for (size_t i = 0; i < count; i++) {
-        results[i].rays = 1;
-        results[i].back_faces =
-            !transfer_point(user, instances[i], points[i].position, points[i].face_normal,
-                            points[i].id, results[i].visibility);
+        const int doublings =
+            transfer_point(user, instances[i], points[i].position, points[i].face_normal,
+                           points[i].id, results[i].visibility);
+        results[i].rays = TELLING_RAYS;
+        results[i].back_faces = doublings < 0 ? TELLING_RAYS : (uint32_t)doublings;
     }
 }
 
@@ -124,16 +129,29 @@ static enum cranny_status fit(struct pass *pass, const struct transfer *transfer
     return status;
 }
 
+/* Of targets that the cache has values for. */
+static uint64_t known_misses(const struct pass *pass)
+{
+    uint64_t misses = 0;
+    for (size_t i = 0; pass->entries && i < pass->plan.target_count; i++)
+        if (pass->entries[i].found)
+            misses += pass->entries[i].found->report.invalid;
+    return misses;
+}
+
 static enum cranny_status resample_and_fit(struct pass *pass, struct transfer *transfer,
-                                           struct cranny_error *why)
+                                           struct levels *levels, struct cranny_error *why)
 {
     struct cranny_bake_report *report = &pass->bake->report;
     double begin = seconds_now();
-    enum cranny_status status = samples_collect_from(&pass->plan, transfer_source, transfer,
-                                                     pass->params, &pass->samples, why);
+    enum cranny_status status =
+        samples_collect_from(&pass->plan, transfer_source, transfer, pass->params,
+                             levels_found(levels), levels_reuse(levels), &pass->samples, why);
+    if (status == CRANNY_OK && levels)
+        status = levels_keep(levels, why);
     report->seconds_resample += seconds_now() - begin;
     report->lod_samples = pass->plan.sample_count;
-    report->lod_missed = pass->samples.invalid;
+    report->lod_missed = pass->samples.invalid + known_misses(pass);
     begin = seconds_now();
     if (status == CRANNY_OK)
         status = fit(pass, transfer, why);
@@ -141,17 +159,30 @@ static enum cranny_status resample_and_fit(struct pass *pass, struct transfer *t
     return status;
 }
 
+/* Only what is fitted is kept. */
+static enum cranny_status look_up(struct pass *pass, const struct transfer *transfer,
+                                  struct levels **levels, struct cranny_error *why)
+{
+    const struct level_rays rays = {transfer->radius, DOUBLINGS};
+    return pass->params->lod_fit == CRANNY_LOD_LEAST_SQUARES
+               ? levels_create(pass, &rays, levels, why)
+               : CRANNY_OK;
+}
+
 static enum cranny_status transfer_all(struct pass *pass, struct cranny_error *why)
 {
     struct cranny_scene finest = *pass->scene;
     struct transfer transfer = {.scene = NULL};
+    struct levels *levels = NULL;
     struct cranny_tracer *tracer = NULL;
     const double begin = seconds_now();
     finest.instances = keep_finest(pass->scene);
     enum cranny_status status = finest.instances ? CRANNY_OK : fail_memory(why, "levels of detail");
     if (status == CRANNY_OK)
         status = transfer_begin(&transfer, pass->bake, pass->scene, why);
-    if (status == CRANNY_OK) {
+    if (status == CRANNY_OK)
+        status = look_up(pass, &transfer, &levels, why);
+    if (status == CRANNY_OK && !levels_all_found(levels)) {
         struct cranny_tracer_params params = cranny_tracer_params_default();
         params.threads = pass->params->threads;
         params.hooks = pass->params->hooks;
@@ -160,9 +191,10 @@ static enum cranny_status transfer_all(struct pass *pass, struct cranny_error *w
     pass->bake->report.seconds_resample = seconds_now() - begin;
     transfer.resampler.tracer = tracer;
     if (status == CRANNY_OK)
-        status = resample_and_fit(pass, &transfer, why);
+        status = resample_and_fit(pass, &transfer, levels, why);
     cranny_tracer_destroy(&tracer);
     free(transfer.radius);
+    levels_destroy(&levels);
     free(finest.instances);
     return status;
 }

@@ -27,27 +27,89 @@ void pass_spread(const struct cranny_bake_params *params, const float (*raw)[2],
     }
 }
 
+enum cranny_status pass_use_cache(struct pass *pass, struct cache *cache, struct cranny_error *why)
+{
+    pass->cache = cache;
+    if (!cache)
+        return CRANNY_OK;
+    pass->entries = alloc_array(pass->plan.target_count, sizeof *pass->entries);
+    return pass->entries ? CRANNY_OK : fail_memory(why, "cache");
+}
+
+bool pass_find(struct pass *pass, size_t target, uint64_t key)
+{
+    struct pass_entry *entry = &pass->entries[target];
+    entry->key = key;
+    entry->found = cache_find_values(
+        pass->cache, key, plan_mesh(&pass->plan, &pass->plan.targets[target])->vertex_count);
+    return entry->found;
+}
+
+static enum cranny_status make_values(struct pass *pass, size_t index, int threads,
+                                      struct kept_values *values, struct cranny_error *why)
+{
+    const struct target *target = &pass->plan.targets[index];
+    const uint32_t count = plan_mesh(&pass->plan, target)->vertex_count;
+    if (!(target->area > 0)) {
+        for (uint32_t v = 0; v < count; v++)
+            values->raw[v][0] = values->raw[v][1] = 1;
+        return CRANNY_OK;
+    }
+    if (pass->params->fit == CRANNY_FIT_VERTEX)
+        return fit_from_vertices(&pass->plan, pass->tracer, index, pass->params, values->raw,
+                                 &values->report, &pass->samples, why);
+    return fit_target(&pass->plan, &pass->samples, index, pass->params, threads, &pass->watch,
+                      values->raw, &values->report, why);
+}
+
+/* Fit, or take what the same samples led to before. */
 static enum cranny_status finish_target(struct pass *pass, size_t index, int threads,
                                         struct cranny_error *why)
 {
-    const struct target *target = &pass->plan.targets[index];
-    struct fit_report *report = &pass->bake->sets[pass->first_set + index].fit;
-    const uint32_t count = plan_mesh(&pass->plan, target)->vertex_count;
-    float *values = pass->bake->sets[pass->first_set + index].values;
-    float(*raw)[2] = alloc_array(count, sizeof *raw);
-    enum cranny_status status = raw ? CRANNY_OK : fail_memory(why, "values");
-    if (status == CRANNY_OK && !(target->area > 0))
-        for (uint32_t v = 0; v < count; v++)
-            raw[v][0] = raw[v][1] = 1;
-    else if (status == CRANNY_OK && pass->params->fit == CRANNY_FIT_VERTEX)
-        status = fit_from_vertices(&pass->plan, pass->tracer, index, pass->params, raw, report,
-                                   &pass->samples, why);
-    else if (status == CRANNY_OK)
-        status = fit_target(&pass->plan, &pass->samples, index, pass->params, threads, &pass->watch,
-                            raw, report, why);
-    if (status == CRANNY_OK)
-        pass_spread(pass->params, (const float(*)[2])raw, count, values);
-    free(raw);
+    struct value_set *set = &pass->bake->sets[pass->first_set + index];
+    struct pass_entry *entry = pass->entries ? &pass->entries[index] : NULL;
+    if (entry && !entry->key && pass->plan.targets[index].area > 0)
+        pass_find(pass, index, cache_fit_key(&pass->plan, &pass->samples, index));
+    struct kept_values *made = NULL;
+    if (!entry || !entry->found) {
+        made = alloc_array(kept_values_size(set->vertex_count), 1);
+        if (!made)
+            return fail_memory(why, "values");
+        const enum cranny_status status = make_values(pass, index, threads, made, why);
+        if (status != CRANNY_OK) {
+            free(made);
+            return status;
+        }
+    }
+    const struct kept_values *values = made ? made : entry->found;
+    set->fit = values->report;
+    set->key = entry ? entry->key : 0;
+    pass_spread(pass->params, values->raw, set->vertex_count, set->values);
+    if (entry && entry->key && made)
+        entry->made = made;
+    else
+        free(made);
+    return CRANNY_OK;
+}
+
+/* Let the next bake have the values. */
+static enum cranny_status keep_values(struct pass *pass, struct cranny_error *why)
+{
+    struct cache *cache = pass->cache;
+    enum cranny_status status = CRANNY_OK;
+    for (size_t i = 0; cache && status == CRANNY_OK && i < pass->plan.target_count; i++) {
+        struct pass_entry *entry = &pass->entries[i];
+        const size_t size =
+            kept_values_size(plan_mesh(&pass->plan, &pass->plan.targets[i])->vertex_count);
+        cache->reused_sets += entry->found != NULL;
+        if (entry->found && !state_add(&cache->next, STATE_VALUES, entry->key, entry->found, size))
+            return fail_memory(why, "cache");
+        if (!entry->made)
+            continue;
+        cache->news = true;
+        status = cache_keep(cache, STATE_VALUES, entry->key, entry->made, size, why);
+        entry->made = NULL;
+    }
     return status;
 }
 
@@ -170,6 +232,8 @@ enum cranny_status pass_fit(struct pass *pass, const struct cranny_tracer *trace
         status = finish_big(pass, why);
     if (status == CRANNY_OK)
         status = finish_small(pass, turns, why);
+    if (status == CRANNY_OK)
+        status = keep_values(pass, why);
     free(turns);
     return status;
 }
@@ -188,6 +252,9 @@ void pass_publish(const struct pass *pass, const uint8_t *treatments)
 
 void pass_end(struct pass *pass)
 {
+    for (size_t i = 0; pass->entries && i < pass->plan.target_count; i++)
+        free(pass->entries[i].made);
+    free(pass->entries);
     samples_free(&pass->samples);
     plan_free(&pass->plan);
 }

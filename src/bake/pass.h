@@ -4,12 +4,21 @@
 
 #include "bake/bake.h"
 
+/* A target's values in the cache. */
+struct pass_entry {
+    uint64_t key; /* 0: not known yet */
+    const struct kept_values *found;
+    struct kept_values *made; /* owned */
+};
+
 struct pass {
     const struct cranny_scene *scene;
     const struct cranny_bake_params *params;
     struct cranny_bake *bake; /* gets the sets */
     struct plan plan;
     struct samples samples;
+    struct cache *cache;                /* NULL: none */
+    struct pass_entry *entries;         /* per target, with a cache */
     const struct cranny_tracer *tracer; /* during pass_fit */
     int threads;
     struct watch watch;      /* of the fit */
@@ -23,6 +32,12 @@ enum cranny_status pass_begin(struct pass *pass, struct cranny_bake *bake,
                               const struct cranny_scene *scene,
                               const struct cranny_bake_params *params, const uint8_t *treatments,
                               unsigned takes, struct cranny_error *why);
+
+/* Let the cache take part; what pass_fit makes goes into it. */
+enum cranny_status pass_use_cache(struct pass *pass, struct cache *cache, struct cranny_error *why);
+
+/* Whether the cache has a target's values under this key; then it needs no samples. */
+bool pass_find(struct pass *pass, size_t target, uint64_t key);
 
 /* Append an empty set for each target to the bake. */
 enum cranny_status pass_add_sets(struct pass *pass, struct cranny_error *why);

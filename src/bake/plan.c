@@ -2,10 +2,15 @@
  * samples of a face follow its area up to a cap. */
 #include "bake/plan.h"
 
+#include "base/hash.h"
 #include "base/vector.h"
 
 /* Instances' worth of samples that a shared set of values gets at most. */
 #define SHARED_WORTH 4u
+/* Steps of density and of a shared set's scale, in logarithms to the base 2. Other objects that
+ * come or go seldom lead to another step, and then only samples all over have to be placed anew. */
+#define DENSITY_STEP 0.125
+#define SCALE_STEP 0.03125
 /* Area over squared longest edge below which float vertices hold no normal. */
 #define FLAT_RATIO 1e-9
 
@@ -184,7 +189,8 @@ static void measure_target(struct plan *plan, struct target *target)
         plan->share[target->instance_first + i] /= sum;
     if (target->instance_count > 1) {
         const double object = mesh_area(identity, mesh);
-        const double scale = object > 0 ? sqrt(target->area / object) : 0;
+        const double exact = object > 0 ? sqrt(target->area / object) : 0;
+        const double scale = exact > 0 ? exp2(SCALE_STEP * round(log2(exact) / SCALE_STEP)) : 0;
         target->area = object > 0 ? target->area : 0;
         for (int k = 0; k < 9; k++)
             target->metric[k] = identity[k] * scale;
@@ -236,12 +242,11 @@ static double expected_samples(const struct histogram *histogram, double density
     return sum;
 }
 
-/* The density that meets samples_per_face on average, caps included. */
-static enum cranny_status choose_density(const struct plan *plan,
-                                         const struct cranny_bake_params *params, double *density,
+/* The density that meets samples_per_face on average, caps included, up to the next step. */
+static enum cranny_status choose_density(struct plan *plan, const struct cranny_bake_params *params,
                                          struct cranny_error *why)
 {
-    *density = params->density;
+    plan->density = params->density;
     if (params->density > 0)
         return CRANNY_OK;
     struct histogram *histogram = alloc_array(1, sizeof *histogram);
@@ -258,15 +263,49 @@ static enum cranny_status choose_density(const struct plan *plan,
         else
             high = middle;
     }
-    *density = exp2(high);
+    plan->density = exp2(DENSITY_STEP * ceil(high / DENSITY_STEP));
     free(histogram);
     return CRANNY_OK;
 }
 
-static enum cranny_status place_samples(struct plan *plan, struct target *target, double density,
+uint64_t mesh_shape_key(const struct cranny_mesh *mesh)
+{
+    uint64_t key =
+        hash_bytes(HASH_BEGIN, mesh->positions, mesh->vertex_count * sizeof *mesh->positions);
+    if (mesh->normals)
+        key = hash_bytes(key, mesh->normals, mesh->vertex_count * sizeof *mesh->normals);
+    return hash_bytes(key, mesh->triangles, mesh->triangle_count * sizeof *mesh->triangles);
+}
+
+/* From the shape and where it stands; instances that share a set may move without moving samples.
+ * `shape`: of the target's mesh. */
+static void name_target(const struct plan *plan, struct target *target, uint64_t shape)
+{
+    uint64_t key = hash_bytes(shape, target->metric, sizeof target->metric);
+    if (target->instance_count == 1)
+        key = hash_word(key, plan->places[plan->order[target->instance_first]]);
+    target->sequence = (uint32_t)(key >> 32);
+    key = hash_bytes(key, &plan->density, sizeof plan->density);
+    target->key = hash_word(key, target->sample_count);
+}
+
+/* Targets of a mesh follow one another: its shape is looked at once. */
+static void name_targets(struct plan *plan)
+{
+    uint64_t shape = 0;
+    for (size_t i = 0; i < plan->target_count; i++) {
+        struct target *target = &plan->targets[i];
+        if (i == 0 || target->mesh != target[-1].mesh)
+            shape = mesh_shape_key(plan_mesh(plan, target));
+        name_target(plan, target, shape);
+    }
+}
+
+static enum cranny_status place_samples(struct plan *plan, struct target *target,
                                         const struct cranny_bake_params *params,
                                         struct cranny_error *why)
 {
+    const double density = plan->density;
     target->sample_base = plan->sample_count;
     if (!(target->area > 0))
         return CRANNY_OK;
@@ -300,9 +339,10 @@ static enum cranny_status plan_alloc(struct plan *plan, struct entry **entries,
     plan->share = alloc_array(count, sizeof *plan->share);
     plan->targets = alloc_array(count, sizeof *plan->targets);
     plan->target_of = alloc_array(count, sizeof *plan->target_of);
+    plan->places = alloc_array(count, sizeof *plan->places);
     *entries = alloc_array(count, sizeof **entries);
-    const bool complete =
-        plan->frames && plan->order && plan->share && plan->targets && plan->target_of && *entries;
+    const bool complete = plan->frames && plan->order && plan->share && plan->targets &&
+                          plan->target_of && plan->places && *entries;
     return complete ? CRANNY_OK : fail_memory(why, "bake plan");
 }
 
@@ -311,15 +351,18 @@ static enum cranny_status plan_fill(struct plan *plan, struct entry *entries,
                                     const uint8_t *treatments, unsigned takes,
                                     struct cranny_error *why)
 {
-    for (size_t i = 0; i < plan->scene->instance_count; i++)
+    for (size_t i = 0; i < plan->scene->instance_count; i++) {
         frame_make(&plan->scene->instances[i].view, &plan->frames[i]);
+        plan->places[i] = hash_bytes(HASH_BEGIN, plan->frames[i].world, sizeof plan->frames->world);
+    }
     group_instances(plan, entries, params, treatments, takes);
-    double density;
     for (size_t i = 0; i < plan->target_count; i++)
         measure_target(plan, &plan->targets[i]);
-    enum cranny_status status = choose_density(plan, params, &density, why);
+    enum cranny_status status = choose_density(plan, params, why);
     for (size_t i = 0; status == CRANNY_OK && i < plan->target_count; i++)
-        status = place_samples(plan, &plan->targets[i], density, params, why);
+        status = place_samples(plan, &plan->targets[i], params, why);
+    if (status == CRANNY_OK)
+        name_targets(plan);
     return status;
 }
 
@@ -349,5 +392,6 @@ void plan_free(struct plan *plan)
     free(plan->share);
     free(plan->targets);
     free(plan->target_of);
+    free(plan->places);
     *plan = (struct plan){0};
 }

@@ -22,8 +22,10 @@ struct target {
     double metric[9];       /* edges to world metres: the instance's 3×3 part, or a mean scale */
     double area;            /* m², in the metric; 0: nothing to bake, all values are 1 */
     uint32_t *sample_start; /* triangle_count + 1, from sample_base on; NULL when area is 0 */
-    uint64_t sample_base;
+    uint64_t sample_base;   /* in the arrays of samples */
     uint32_t sample_count;
+    uint32_t sequence; /* number of its first sample in the point set */
+    uint64_t key;      /* of what its samples' places follow from */
 };
 
 struct plan {
@@ -36,8 +38,13 @@ struct plan {
     uint32_t *target_of; /* per instance of the scene; UINT32_MAX: none */
     size_t target_count;
     uint64_t sample_count;
+    double density;    /* samples per square metre */
     uint32_t shift[2]; /* of the point set, from the seed */
+    uint64_t *places;  /* per instance of the scene: hash of its transform */
 };
+
+/* Content of a mesh's shape: vertices, normals, triangles. */
+uint64_t mesh_shape_key(const struct cranny_mesh *mesh);
 
 /* Group the instances whose treatment (enum cranny_treatment) is in `takes`, a sum of 1 <<
  * treatment, and place the samples. There may be none. */
@@ -70,8 +77,10 @@ static inline void metric_edge(const double metric[9], const float a[3], const f
 /* m², or 0 for a triangle without a usable normal. */
 double metric_area(const double metric[9], const struct cranny_mesh *mesh, uint32_t triangle);
 
-/* Where sample `id` lies in its triangle. One Kronecker (R2) sequence runs through all samples, so
- * that each triangle's run is spread evenly and neighbours complement one another. */
+/* Where sample `id` (of target->sequence on) lies in its triangle. One Kronecker (R2) sequence runs
+ * through all samples of a target, so that each triangle's run is spread evenly and neighbours
+ * complement one another. Where it begins follows from the target's own content: what else is in
+ * the scene does not move samples. */
 static inline void sample_barycentrics(const uint32_t shift[2], uint64_t id, double l[3])
 {
     const uint32_t u = shift[0] + (uint32_t)id * 0xc13fa9a9u; /* 2³² / plastic number */

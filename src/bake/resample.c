@@ -107,12 +107,12 @@ bool resample_sphere(const struct resampler *resampler, const double center[3],
     return total > 0;
 }
 
-bool resample_widening(const struct resampler *resampler, const double center[3],
-                       const double *facing, double radius, int doublings, uint32_t id, int rays,
-                       double values[CHANNELS])
+int resample_widening(const struct resampler *resampler, const double center[3],
+                      const double *facing, double radius, int doublings, uint32_t id, int rays,
+                      double values[CHANNELS])
 {
     for (int i = 0; i <= doublings; i++, radius *= 2)
         if (resample_sphere(resampler, center, facing, radius, id, rays, values))
-            return true;
-    return false;
+            return i;
+    return -1;
 }

@@ -22,9 +22,10 @@ bool resample_sphere(const struct resampler *resampler, const double center[3],
                      const double *facing, double radius, uint32_t id, int rays,
                      double values[CHANNELS]);
 
-/* The same, with the radius doubled up to `doublings` times until something is there. */
-bool resample_widening(const struct resampler *resampler, const double center[3],
-                       const double *facing, double radius, int doublings, uint32_t id, int rays,
-                       double values[CHANNELS]);
+/* The same, with the radius doubled up to `doublings` times until something is there: how often it
+ * was; −1: nothing is. */
+int resample_widening(const struct resampler *resampler, const double center[3],
+                      const double *facing, double radius, int doublings, uint32_t id, int rays,
+                      double values[CHANNELS]);
 
 #endif

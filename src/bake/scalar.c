@@ -2,6 +2,7 @@
 #include "bake/scalar.h"
 
 #include "bake/resample.h"
+#include "base/hash.h"
 #include "trace/gather.h"
 
 #define RAYS 64
@@ -67,8 +68,9 @@ static enum cranny_status resample_all(struct cranny_bake *bake, const struct re
             double center[3], values[CHANNELS];
             const double radius =
                 place(resampler->scene, &resampler->scene->instances[i].view, center);
-            if (!resample_widening(resampler, center, NULL, radius, DOUBLINGS, i, RAYS, values))
-                open_ground(resampler->tracer, gather, params, center, i, values);
+            const uint32_t id = (uint32_t)hash_bytes(HASH_BEGIN, center, sizeof center);
+            if (resample_widening(resampler, center, NULL, radius, DOUBLINGS, id, RAYS, values) < 0)
+                open_ground(resampler->tracer, gather, params, center, id, values);
             set_constant(bake->linear[i], (const double *)values);
             watch_advance(&watch, 1);
         }

@@ -136,15 +136,20 @@ static void gather_rays(const struct cranny_tracer *tracer, const struct gather_
     }
 }
 
+static void ray_origin(const struct gather_point *point, float origin[3])
+{
+    const float offset = ray_offset(point->position, point->extent);
+    for (int k = 0; k < 3; k++)
+        origin[k] = point->position[k] + offset * point->face_normal[k];
+}
+
 static struct gather_result gather_one(const struct cranny_tracer *tracer,
                                        const struct gather_plan *plan,
                                        const struct gather_point *point)
 {
     const struct direction_frame frame = direction_frame(&plan->directions, point);
-    const float offset = ray_offset(point->position, point->extent);
     float origin[3];
-    for (int k = 0; k < 3; k++)
-        origin[k] = point->position[k] + offset * point->face_normal[k];
+    ray_origin(point, origin);
     struct tally tally = {{0, 0}, 0, false};
     int rays = plan->directions.first;
     gather_rays(tracer, plan, &frame, origin, 0, rays, &tally);
@@ -156,6 +161,76 @@ static struct gather_result gather_one(const struct cranny_tracer *tracer,
         .visibility = {(float)(tally.sums[0] / rays), (float)(tally.sums[1] / rays)},
         .rays = (uint32_t)rays,
         .back_faces = tally.back_faces};
+}
+
+/* Where each ray enters the box, if that is nearer than what `enter` has. */
+static void enter_box(const float box[6], const float origin[3], const struct ray_block *block,
+                      int count, float *enter)
+{
+    const float *axes[3] = {block->x, block->y, block->z};
+    for (int i = 0; i < count; i++) {
+        float near = 0, far = INFINITY;
+        for (int k = 0; k < 3; k++) {
+            const float inverse = 1 / axes[k][i];
+            const float a = (box[k] - origin[k]) * inverse;
+            const float b = (box[3 + k] - origin[k]) * inverse;
+            const float low = a < b ? a : b, high = a < b ? b : a;
+            near = low > near ? low : near;
+            far = high < far ? high : far;
+        }
+        if (near <= far)
+            enter[i] = near < enter[i] ? near : enter[i];
+    }
+}
+
+/* Rays keep to the side of the face. */
+static bool box_above(const float box[6], const float origin[3], const float face_normal[3])
+{
+    float highest = 0;
+    for (int k = 0; k < 3; k++)
+        highest += face_normal[k] * ((face_normal[k] > 0 ? box[3 + k] : box[k]) - origin[k]);
+    return highest >= 0;
+}
+
+/* Σ of what the rays at `enter` may change. Any ray that enters counts a little. */
+static double sum_reach(const struct gather_plan *plan, const float *enter, int count, bool plain)
+{
+    const float r = fmaxf(plan->distances[0], plan->distances[1]);
+    double sum = 0;
+    for (int i = 0; i < count; i++)
+        if (enter[i] < INFINITY)
+            sum += plain ? 1 : fmax(1 - (double)kernel_value(plan->kernel, r, enter[i]), 1e-9);
+    return sum;
+}
+
+float gather_reach(const struct gather_plan *plan, const struct gather_point *point,
+                   const float (*boxes)[6], size_t box_count, bool plain)
+{
+    const int total = plan->directions.count;
+    float origin[3], enter[RAY_BLOCK];
+    size_t first = 0;
+    ray_origin(point, origin);
+    while (first < box_count && !box_above(boxes[first], origin, point->face_normal))
+        first++;
+    if (first == box_count)
+        return 0;
+    const struct direction_frame frame = direction_frame(&plan->directions, point);
+    double sum = 0;
+    for (int start = 0; start < total; start += RAY_BLOCK) {
+        struct ray_block block;
+        const int count = min_int(RAY_BLOCK, total - start);
+        directions_fill(&plan->directions, &frame, start, count, &block);
+        for (int i = 0; i < count; i++)
+            enter[i] = INFINITY;
+        for (size_t b = first; b < box_count; b++)
+            enter_box(boxes[b], origin, &block, count, enter);
+        /* One of the rays that decide whether the others are traced. */
+        for (int i = 0; i < min_int(plan->directions.first - start, count); i++)
+            if (plan->directions.first < total && enter[i] < INFINITY)
+                return 1;
+        sum += sum_reach(plan, enter, count, plain);
+    }
+    return (float)(sum / total * (1 + 0x1p-20));
 }
 
 /* Fixed: spherical harmonics are of the world, and the spiral's turn is by the point's id. */

@@ -45,6 +45,13 @@ struct gather_result {
 void gather_points(const struct cranny_tracer *tracer, const struct gather_plan *plan,
                    const struct gather_point *points, size_t count, struct gather_result *results);
 
+/* How much a point's visibilities can change at most when anything changes within the boxes (min
+ * xyz, max xyz): its rays that enter one count with 1 − ρ where they do, the larger of the two, and
+ * share of all rays. 0: none enters one, and nothing changes. `plain`: rays are dimmed as
+ * CRANNY_DIMMING_PLAIN has it, at any distance. Of back faces, only 0 says anything. */
+float gather_reach(const struct gather_plan *plan, const struct gather_point *point,
+                   const float (*boxes)[6], size_t box_count, bool plain);
+
 struct gather_sphere {
     float harmonics[2][9]; /* as of cranny_gather_sphere */
     uint32_t rays, back_faces;
