@@ -14,6 +14,7 @@
 #include <cranny/screen.h>
 #include <cranny/trace.h>
 #include <cranny/truth.h>
+#include <cranny/tune.h>
 #include <cranny/volumes.h>
 
 #endif

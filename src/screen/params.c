@@ -19,12 +19,14 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 /* Rows of several methods, with the default of the one that lists them. */
 #define RADIUS REAL(radius_world, "m", 1e-9, 1e9, 0.5, "where an occluder stops counting")
-#define INTENSITY(V) REAL(intensity, "", 0, 100, V, "factor on the occlusion")
-#define CONTRAST(V) REAL(contrast, "", 0.05, 20, V, "exponent on the visibility")
+#define SCALE(V)                                                                                   \
+    FITTED(radius_scale, "", 0.01, 10, V, 0.1, "the method's own reach as a share of radius_world")
+#define INTENSITY(V) FITTED(intensity, "", 0, 100, V, 0.2, "factor on the occlusion")
+#define CONTRAST(V) FITTED(contrast, "", 0.05, 20, V, 0.2, "exponent on the visibility")
 #define BIAS(V)                                                                                    \
-    REAL(bias, "heights", 0, 1, V,                                                                 \
-         "height over the tangent plane under which nothing occludes, as a share of what the "     \
-         "picture's height spans at that depth")
+    FITTED(bias, "heights", 0, 1, V, 0.0002,                                                       \
+           "height over the tangent plane under which nothing occludes, as a share of what the "   \
+           "picture's height spans at that depth")
 #define SAMPLES(HIGH, V) WHOLE(samples, "samples", 1, HIGH, V, "samples a pixel")
 #define DIRECTIONS(HIGH, V) WHOLE(directions, "directions", 1, HIGH, V, "directions around a pixel")
 #define STEPS(V) WHOLE(steps, "steps", 1, 256, V, "samples along a direction or ray")
@@ -35,7 +37,8 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 #define COSINE(V) SWITCH(cosine, V, "weigh directions by the cosine, as ambient light does")
 #define SPREAD(V) SWITCH(spread, V, "put more samples near the pixel than far from it")
 #define THICKNESS(V)                                                                               \
-    REAL(thickness, "radii", 1e-3, 1e6, V, "how thick what a depth buffer shows is taken to be")
+    FITTED(thickness, "radii", 1e-3, 1e6, V, 0.1,                                                  \
+           "how thick what a depth buffer shows is taken to be")
 #define KERNEL(V)                                                                                  \
     CHOICE(kernel, kernel_names, V, "the kernel's size is a share of the screen, or metres")
 #define LIMIT(V)                                                                                   \
@@ -74,6 +77,7 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
+    SCALE(1),
     INTENSITY(2),
     CONTRAST(1),
     BIAS(0.0002),
@@ -99,11 +103,12 @@ static const struct cranny_param ssao_rows[] = {
 
 static const struct cranny_param hbao_rows[] = {
     RADIUS,
+    SCALE(1),
     INTENSITY(1.4),
     CONTRAST(1),
     DIRECTIONS(64, 4),
     STEPS(4),
-    REAL(angle_bias, "degrees", 0, 89, 2, "angle over the tangent plane that does not count"),
+    FITTED(angle_bias, "degrees", 0, 89, 2, 2, "angle over the tangent plane that does not count"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
     SPREAD(1),
@@ -115,12 +120,14 @@ static const struct cranny_param hbao_rows[] = {
 
 static const struct cranny_param crease_rows[] = {
     RADIUS,
+    SCALE(1),
     INTENSITY(1),
     CONTRAST(1),
     BIAS(0.0002),
     KERNEL(CRANNY_KERNEL_WORLD),
     LIMIT(1),
-    REAL(minimum_crease, "", 0, 0.99, 0.2, "cosine towards a neighbour that does not count yet"),
+    FITTED(minimum_crease, "", 0, 0.99, 0.2, 0.1,
+           "cosine towards a neighbour that does not count yet"),
     REAL(crease_scale, "", 0, 100, 1, "factor on the cosine (the article's Bias)"),
     REAL(averager, "", 0.01, 1000, 4.5, "what the sum of all 24 neighbours is divided by"),
     SWITCH(facing, 0, "count only neighbours that face the pixel, too"),
@@ -138,6 +145,7 @@ static const struct cranny_param crease_rows[] = {
 
 static const struct cranny_param alchemy_rows[] = {
     RADIUS,
+    SCALE(1),
     INTENSITY(1),
     CONTRAST(1),
     BIAS(0.0002),
@@ -157,6 +165,7 @@ static const struct cranny_param alchemy_rows[] = {
 
 static const struct cranny_param raymarch_rows[] = {
     RADIUS,
+    SCALE(1),
     INTENSITY(1),
     CONTRAST(1),
     BIAS(0.0002),
