@@ -49,6 +49,12 @@ static const struct option measure_rows[] = {
      .offset = offsetof(struct compare_options, methods),
      .value = "LIST",
      .help = "only these, as in alchemy,hbao,raytrace (default: all)"},
+    {.name = "preset",
+     .type = OPTION_LIST,
+     .offset = offsetof(struct compare_options, presets),
+     .value = "FILE.json",
+     .help = "a row more, named as the file: a preset that says whose it is, as in {\"method\": "
+             "\"volumes\", \"intensity\": 1.2}; may come again"},
     {.name = "rays",
      .type = OPTION_INT,
      .offset = offsetof(struct compare_options, rays),
@@ -126,6 +132,7 @@ static enum cranny_status check_options(struct compare *compare, struct cranny_e
 
 static void unload(struct compare *compare)
 {
+    method_state_leave_scene(&compare->state);
     cranny_tracer_destroy(&compare->tracer);
     cranny_scene_destroy(&compare->scene);
 }
@@ -226,13 +233,13 @@ static void print_text(const struct compare *compare)
         const struct compare_view *view = &compare->views[v];
         const struct compare_trial *best = NULL;
         for (size_t t = 0; t < view->trial_count; t++)
-            if (view->trials[t].method->id != RENDER_RAYTRACE &&
+            if (!view->trials[t].method->method->kind->is_truth &&
                 (!best || view->trials[t].difference.error < best->difference.error))
                 best = &view->trials[t];
         if (best)
             printf("  %s, %s: nearest to the truth is %s %s, error %.3f, %.1f ms\n",
-                   name_of(view->scene), view->camera, best->method->name, best->method->preset,
-                   best->difference.error, best->milliseconds);
+                   name_of(view->scene), view->camera, best->method->method->name,
+                   best->method->label, best->difference.error, best->milliseconds);
     }
 }
 
@@ -276,6 +283,7 @@ static int run(struct compare *compare)
 static void destroy(struct compare *compare)
 {
     compare_close_folder(compare);
+    method_state_free(&compare->state);
     for (size_t v = 0; v < compare->view_count; v++)
         compare_view_free(&compare->views[v]);
     for (size_t i = 0; i < compare->failure_count; i++)

@@ -8,7 +8,7 @@ enum { COMPARE_SCENE_LIMIT = 64, COMPARE_METHOD_LIMIT = 64, COMPARE_VIEW_LIMIT =
 
 struct compare_options {
     const char *output, *cache, *methods;
-    struct option_list views, radii;
+    struct option_list views, radii, presets;
     int view_count; /* --views; 0: not given */
     int rays, repeat, threads;
     int isa; /* enum cranny_isa */
@@ -16,18 +16,20 @@ struct compare_options {
 
 /* One line of the method list. */
 struct compare_method {
-    const char *name, *preset, *device;
-    bool series; /* its presets are steps of one quality */
-    int id;      /* enum cranny_method, or RENDER_RAYTRACE */
-    int rays;    /* of raytrace */
+    const struct method *method;
+    char label[64];               /* what it is called: a preset's name, or what differs from it */
+    const char *preset, *setting; /* of --preset and --set; NULL: none */
+    const char *device;
+    bool series; /* one of steps of one quality */
+    union method_params params;
 };
 
 /* What a method gave on a view. */
 struct compare_trial {
     const struct compare_method *method;
-    double milliseconds, standard_error;
+    double milliseconds;
     int runs;
-    int isa; /* enum cranny_isa; -1: none of them */
+    struct method_report report; /* of the last run */
     struct cranny_difference difference;
     char *image, *map; /* names in the folder; owned */
     char *command;     /* owned */
@@ -69,6 +71,7 @@ struct compare {
 
     struct cranny_scene *scene; /* of the views in progress */
     struct cranny_tracer *tracer;
+    struct method_state state;
     struct compare_view *views; /* owned, as what is in them */
     size_t view_count, view_room;
     char *failures[COMPARE_SCENE_LIMIT]; /* owned */
@@ -77,7 +80,8 @@ struct compare {
 };
 
 /* The list of what is tried on each view: raytrace at low counts, then every method at every
- * preset; of these what --methods names. CRANNY_USAGE when it names none. */
+ * preset and at its steps; of these what --methods names; then the files of --preset.
+ * CRANNY_USAGE when that is nothing, CRANNY_INPUT for a file that is no preset. */
 enum cranny_status compare_list_methods(struct compare *compare, struct cranny_error *why);
 
 /* The options that say how to look, as far as no scene is needed. */

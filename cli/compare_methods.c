@@ -1,4 +1,4 @@
-/* What is tried on each view: one list, from which times, errors and pictures come. */
+/* A view's truth, and every row of the list beside it: times, errors, pictures. */
 #include "compare.h"
 #include "shell.h"
 
@@ -19,76 +19,9 @@ struct stage {
     struct cranny_frame *frame;
     struct cranny_gbuffer gbuffer;
     struct cranny_truth truth;
-    struct cranny_workspace *workspace;
     float *visibility;
     uint8_t *map;
 };
-
-static bool is_word_of(const char *list, const char *word)
-{
-    const size_t length = strlen(word);
-    for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL)
-        if (strncmp(at, word, length) == 0 && (at[length] == ',' || !at[length]))
-            return true;
-    return false;
-}
-
-static void list_method(struct compare *compare, struct compare_method method)
-{
-    const char *wanted = compare->options.methods;
-    if ((!wanted || is_word_of(wanted, method.name)) &&
-        compare->method_count < COMPARE_METHOD_LIMIT)
-        compare->methods[compare->method_count++] = method;
-}
-
-/* Every word must be a method; one that is mistyped would only be missed. */
-static enum cranny_status check_names(const char *list, struct cranny_error *why)
-{
-    char names[256] = "", word[64];
-    for (int m = 0; render_methods[m]; m++) {
-        const size_t used = strlen(names);
-        snprintf(names + used, sizeof names - used, "%s%s", m ? ", " : "", render_methods[m]);
-    }
-    for (const char *at = list; at; at = strchr(at, ',') ? strchr(at, ',') + 1 : NULL) {
-        snprintf(word, sizeof word, "%.*s", (int)strcspn(at, ","), at);
-        bool known = false;
-        for (int m = 0; render_methods[m] && !known; m++)
-            known = strcmp(render_methods[m], word) == 0;
-        if (!known)
-            return refuse(why, CRANNY_USAGE, "--methods: '%s' is none of: %s", word, names);
-    }
-    return CRANNY_OK;
-}
-
-enum cranny_status compare_list_methods(struct compare *compare, struct cranny_error *why)
-{
-    static const struct {
-        int rays;
-        const char *name;
-    } counts[] = {{64, "rays=64"}, {16, "rays=16"}, {1, "rays=1"}};
-    const enum cranny_status status = check_names(compare->options.methods, why);
-    for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
-        if (counts[i].rays < compare->options.rays)
-            list_method(compare, (struct compare_method){.name = render_methods[RENDER_RAYTRACE],
-                                                         .preset = counts[i].name,
-                                                         .device = "cpu",
-                                                         .series = true,
-                                                         .id = RENDER_RAYTRACE,
-                                                         .rays = counts[i].rays});
-    for (int m = 0; m < CRANNY_METHOD_COUNT; m++) {
-        const char *const *presets = cranny_screen_preset_names((enum cranny_method)m);
-        for (int p = 0; presets[p]; p++)
-            list_method(compare,
-                        (struct compare_method){.name = cranny_method_name((enum cranny_method)m),
-                                                .preset = presets[p],
-                                                .device = "cpu",
-                                                .id = m});
-    }
-    if (status == CRANNY_OK && !compare->method_count)
-        return refuse(why, CRANNY_USAGE, "--methods: fewer rays than the truth's %d are not tried",
-                      compare->options.rays);
-    return status;
-}
 
 static bool goes_on(void *user, const char *stage, double done, double total)
 {
@@ -105,53 +38,25 @@ static struct cranny_hooks quiet_hooks(const struct compare *compare)
     return (struct cranny_hooks){compare->ui.hooks.user, compare->ui.hooks.log, goes_on};
 }
 
-/* One run of a method on the stage: visibility, and what is known of it. */
-static enum cranny_status run_screen(struct stage *stage, struct compare_trial *trial, double *ms,
-                                     struct cranny_error *why)
-{
-    const enum cranny_method method = (enum cranny_method)trial->method->id;
-    const struct cranny_hooks hooks = quiet_hooks(stage->compare);
-    struct cranny_screen_params params = cranny_screen_params_preset(method, trial->method->preset);
-    struct cranny_screen_report report;
-    params.radius_world = (float)stage->view->radius_world;
-    params.threads = stage->compare->options.threads;
-    params.isa = stage->compare->options.isa;
-    params.workspace = stage->workspace;
-    params.report = &report;
-    params.hooks = &hooks;
-    const enum cranny_status status =
-        cranny_screen_render(&stage->gbuffer, &params, stage->visibility, 0, why);
-    *ms = report.total_ms;
-    trial->isa = report.isa;
-    if (!trial->parameters)
-        trial->parameters = json_parameters(cranny_screen_param_table(method), &params);
-    return status;
-}
-
-static struct cranny_raytrace_params rays_of(const struct stage *stage, int rays)
+static struct cranny_raytrace_params truth_params(const struct stage *stage)
 {
     struct cranny_raytrace_params params = cranny_raytrace_params_default();
     params.radius_world = (float)stage->view->radius_world;
-    params.rays = rays;
+    params.rays = stage->compare->options.rays;
     params.threads = stage->compare->options.threads;
     return params;
 }
 
-static enum cranny_status run_rays(struct stage *stage, struct compare_trial *trial, double *ms,
-                                   struct cranny_error *why)
+/* What the view and the command line say, over the row's parameters. */
+static union method_params params_of(const struct stage *stage, const struct compare_method *row)
 {
-    const struct cranny_hooks hooks = quiet_hooks(stage->compare);
-    struct cranny_raytrace_params params = rays_of(stage, trial->method->rays);
-    struct cranny_raytrace_report report = {0};
-    params.hooks = &hooks;
-    const enum cranny_status status =
-        cranny_frame_raytrace(stage->frame, &params, stage->visibility, 0, NULL, &report, why);
-    *ms = 1e3 * report.seconds;
-    trial->standard_error = report.standard_error_mean;
-    trial->isa = -1;
-    if (!trial->parameters)
-        trial->parameters = json_parameters(cranny_raytrace_param_table(), &params);
-    return status;
+    union method_params params = row->params;
+    const struct method_fields fields = method_fields(row->method, &params);
+    *fields.radius_world = (float)stage->view->radius_world;
+    *fields.threads = stage->compare->options.threads;
+    if (fields.isa)
+        *fields.isa = stage->compare->options.isa;
+    return params;
 }
 
 static int compare_doubles(const void *a, const void *b)
@@ -162,18 +67,20 @@ static int compare_doubles(const void *a, const void *b)
 
 /* The median of --repeat runs; the first one, which gets the memory, does not count. */
 static enum cranny_status run_often(struct stage *stage, struct compare_trial *trial,
-                                    struct cranny_error *why)
+                                    const union method_params *params, struct cranny_error *why)
 {
-    const int wanted = stage->compare->options.repeat;
+    struct compare *compare = stage->compare;
+    const struct method_input input = {compare->scene, stage->frame, stage->gbuffer};
+    const int wanted = compare->options.repeat;
     double times[RUN_LIMIT + 1], spent_ms = 0;
     enum cranny_status status = CRANNY_OK;
     int count = 0;
     for (; count <= wanted && status == CRANNY_OK; count++) {
         if (count && spent_ms > 1e3 * RUNS_SECONDS)
             break;
-        status = trial->method->id == RENDER_RAYTRACE
-                     ? run_rays(stage, trial, &times[count], why)
-                     : run_screen(stage, trial, &times[count], why);
+        status = method_run(trial->method->method, &input, params, &compare->state,
+                            stage->visibility, &trial->report, why);
+        times[count] = trial->report.total_ms;
         spent_ms += times[count];
     }
     if (status != CRANNY_OK)
@@ -183,6 +90,23 @@ static enum cranny_status run_often(struct stage *stage, struct compare_trial *t
     trial->runs = count - first;
     trial->milliseconds = times[first + trial->runs / 2];
     return CRANNY_OK;
+}
+
+/* The row's own hooks would flicker; those of what is made once for it are worth seeing. */
+static enum cranny_status run_row(struct stage *stage, struct compare_trial *trial,
+                                  struct cranny_error *why)
+{
+    struct compare *compare = stage->compare;
+    const struct method *method = trial->method->method;
+    const struct method_input input = {compare->scene, stage->frame, stage->gbuffer};
+    const struct cranny_hooks quiet = quiet_hooks(compare);
+    union method_params params = params_of(stage, trial->method);
+    const struct method_fields fields = method_fields(method, &params);
+    trial->parameters = method_parameters_json(method, &params);
+    *fields.hooks = &compare->ui.hooks;
+    const enum cranny_status status = method_prepare(method, &input, &params, &compare->state, why);
+    *fields.hooks = &quiet;
+    return status == CRANNY_OK ? run_often(stage, trial, &params, why) : status;
 }
 
 /* A file's name out of any words: letters, digits and a few signs. */
@@ -202,7 +126,7 @@ static char *picture_name(const struct stage *stage, const char *what, const cha
 }
 
 /* `cranny render` with what makes the same picture. */
-static char *command_of(const struct stage *stage, const char *method, const char *preset, int rays,
+static char *command_of(const struct stage *stage, const struct compare_method *row,
                         const char *picture)
 {
     const struct compare *compare = stage->compare;
@@ -227,11 +151,13 @@ static char *command_of(const struct stage *stage, const char *method, const cha
     if (o->msaa)
         fprintf(out, " --msaa %d", 1 << o->msaa);
     fprintf(out, "%s --method %s --radius %.9g", o->normals_from ? " --normals-from smooth" : "",
-            method, stage->view->radius_world);
-    if (rays)
-        fprintf(out, " --rays %d", rays);
-    else
-        fprintf(out, " --preset %s", preset);
+            row->method->name, stage->view->radius_world);
+    if (row->preset) {
+        fputs(" --preset ", out);
+        shell_path(out, row->preset);
+    }
+    if (row->setting)
+        fprintf(out, " --set %s", row->setting);
     fprintf(out, " -o %s", picture);
     if (fclose(out) == 0)
         return command;
@@ -266,17 +192,17 @@ static enum cranny_status write_map(const struct stage *stage, const char *name,
     return status;
 }
 
-static enum cranny_status try_method(struct stage *stage, const struct compare_method *method,
-                                     struct cranny_error *why)
+static enum cranny_status try_row(struct stage *stage, const struct compare_method *row,
+                                  struct cranny_error *why)
 {
     struct compare_trial *trial = &stage->view->trials[stage->view->trial_count++];
-    *trial = (struct compare_trial){.method = method};
-    trial->image = picture_name(stage, method->name, method->preset, ".png");
-    trial->map = picture_name(stage, method->name, method->preset, "-error.png");
+    *trial = (struct compare_trial){.method = row};
+    trial->image = picture_name(stage, row->method->name, row->label, ".png");
+    trial->map = picture_name(stage, row->method->name, row->label, "-error.png");
     if (!trial->image || !trial->map)
         return refuse(why, CRANNY_MEMORY, "out of memory for file names");
-    trial->command = command_of(stage, method->name, method->preset, method->rays, trial->image);
-    enum cranny_status status = run_often(stage, trial, why);
+    trial->command = command_of(stage, row, trial->image);
+    enum cranny_status status = run_row(stage, trial, why);
     if (status == CRANNY_OK)
         status =
             cranny_difference_measure(stage->truth.width, stage->truth.height, stage->visibility, 0,
@@ -291,7 +217,7 @@ static enum cranny_status try_all(struct stage *stage, struct cranny_error *why)
     struct compare *compare = stage->compare;
     enum cranny_status status = CRANNY_OK;
     for (size_t m = 0; m < compare->method_count && status == CRANNY_OK; m++) {
-        status = try_method(stage, &compare->methods[m], why);
+        status = try_row(stage, &compare->methods[m], why);
         if (status == CRANNY_OK &&
             !compare->ui.hooks.progress(compare->ui.hooks.user, "methods", (double)(m + 1),
                                         (double)compare->method_count))
@@ -304,7 +230,7 @@ static enum cranny_status get_truth(struct stage *stage, struct cranny_error *wh
 {
     struct compare *compare = stage->compare;
     struct compare_view *view = stage->view;
-    struct cranny_raytrace_params params = rays_of(stage, compare->options.rays);
+    struct cranny_raytrace_params params = truth_params(stage);
     params.hooks = &compare->ui.hooks;
     enum cranny_status status = compare_need_cache(compare, why);
     if (status == CRANNY_OK)
@@ -320,8 +246,11 @@ static enum cranny_status get_truth(struct stage *stage, struct cranny_error *wh
     view->image = picture_name(stage, "truth", "", ".png");
     if (!view->image)
         return refuse(why, CRANNY_MEMORY, "out of memory for file names");
-    view->command = command_of(stage, render_methods[RENDER_RAYTRACE], NULL, compare->options.rays,
-                               view->image);
+    char setting[32];
+    snprintf(setting, sizeof setting, "rays=%d", compare->options.rays);
+    view->command = command_of(
+        stage, &(struct compare_method){.method = &methods[METHOD_RAYTRACE], .setting = setting},
+        view->image);
     return write_picture(stage, view->image, stage->truth.visibility, why);
 }
 
@@ -351,8 +280,7 @@ static enum cranny_status set_stage(struct stage *stage, struct cranny_error *wh
     stage->map = malloc(pixels * 3);
     if (!stage->visibility || !stage->map)
         return refuse(why, CRANNY_MEMORY, "%d x %d pixels do not fit in memory", size[0], size[1]);
-    const enum cranny_status status = draw_frame(stage, why);
-    return status == CRANNY_OK ? cranny_workspace_create(&stage->workspace, why) : status;
+    return draw_frame(stage, why);
 }
 
 enum cranny_status compare_measure(struct compare *compare, struct compare_view *view,
@@ -367,7 +295,6 @@ enum cranny_status compare_measure(struct compare *compare, struct compare_view 
     }
     if (status == CRANNY_OK)
         status = try_all(&stage, why);
-    cranny_workspace_destroy(&stage.workspace);
     cranny_truth_free(&stage.truth);
     cranny_frame_destroy(&stage.frame);
     free(stage.visibility);

@@ -46,15 +46,18 @@ static json_t *file_json(const char *name)
 static json_t *trial_json(const struct compare_trial *trial)
 {
     const struct cranny_difference *d = &trial->difference;
+    const struct compare_method *row = trial->method;
+    const int isa = trial->report.isa;
     json_t *object = json_pack(
-        "{ss ss ss so so so so so so si so}", "name", trial->method->name, "preset",
-        trial->method->preset, "device", trial->method->device, "milliseconds",
-        json_number(trial->milliseconds), "error", json_number(d->error), "rmse",
-        json_number(d->rmse), "mean", json_number(d->mean), "psnr", json_number(d->psnr), "max_abs",
-        json_number(d->max_abs), "runs", trial->runs, "isa",
-        trial->isa < 0 ? json_null() : json_string(cranny_isa_name((enum cranny_isa)trial->isa)));
-    if (trial->method->rays)
-        json_object_set_new(object, "standard_error", json_number(trial->standard_error));
+        "{ss so ss so so so so so so so si so}", "name", row->method->name, "preset",
+        json_text(row->label), "device", row->device, "milliseconds",
+        json_number(trial->milliseconds), "setup_seconds", json_number(trial->report.setup_s),
+        "error", json_number(d->error), "rmse", json_number(d->rmse), "mean", json_number(d->mean),
+        "psnr", json_number(d->psnr), "max_abs", json_number(d->max_abs), "runs", trial->runs,
+        "isa", isa < 0 ? json_null() : json_string(cranny_isa_name((enum cranny_isa)isa)));
+    if (row->method->kind->is_truth)
+        json_object_set_new(object, "standard_error",
+                            json_number(trial->report.raytrace.standard_error_mean));
     json_object_set_new(object, "image", file_json(trial->image));
     json_object_set_new(object, "error_map", file_json(trial->map));
     json_object_set_new(object, "command", json_text(trial->command ? trial->command : ""));
@@ -78,14 +81,14 @@ static json_t *reference_json(const struct compare *compare, const struct compar
 
 static json_t *view_json(const struct compare *compare, const struct compare_view *view)
 {
-    json_t *methods = json_array();
+    json_t *rows = json_array();
     for (size_t t = 0; t < view->trial_count; t++)
-        json_array_append_new(methods, trial_json(&view->trials[t]));
+        json_array_append_new(rows, trial_json(&view->trials[t]));
     return json_pack("{so so si si so sI si so so}", "scene", json_text(view->scene), "camera",
                      json_text(view->camera), "width", compare->view_scene.size[0], "height",
                      compare->view_scene.size[1], "radius_world", json_number(view->radius_world),
                      "triangles", (json_int_t)view->triangles, "guard_band", view->guard,
-                     "reference", reference_json(compare, view), "methods", methods);
+                     "reference", reference_json(compare, view), "methods", rows);
 }
 
 json_t *compare_json(const struct compare *compare)
@@ -137,14 +140,16 @@ static const char *path_of(struct page *page, const struct compare *compare, con
 static void fill_trial(struct page *page, const struct compare *compare,
                        const struct compare_trial *from, struct cranny_report_trial *to)
 {
-    *to = (struct cranny_report_trial){.method = from->method->name,
-                                       .preset = from->method->preset,
+    *to = (struct cranny_report_trial){.method = from->method->method->name,
+                                       .preset = from->method->label,
                                        .device = from->method->device,
                                        .milliseconds = from->milliseconds,
                                        .error = from->difference.error,
                                        .rmse = from->difference.rmse,
                                        .mean = from->difference.mean,
+                                       .setup_seconds = from->report.setup_s,
                                        .series = from->method->series,
+                                       .is_truth = from->method->method->kind->is_truth,
                                        .image = path_of(page, compare, from->image),
                                        .command = from->command};
 }

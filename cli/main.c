@@ -1,5 +1,6 @@
 /* cranny: the command. */
 #include "commands.h"
+#include "method.h"
 
 #include <stdio.h>
 #include <stdlib.h>
@@ -70,18 +71,19 @@ static int refuse_command(const char *word)
     return cranny_exit_status(CRANNY_USAGE);
 }
 
-static void print_method(enum cranny_method method)
+static void print_method(const struct method *method)
 {
-    const char *const *names = cranny_screen_preset_names(method);
-    struct cranny_screen_params presets[4];
+    static const char *const plain[] = {"default", NULL};
+    const char *const *names = method_presets(method) ? method_presets(method) : plain;
+    union method_params presets[4];
     struct option_column columns[4];
     size_t count = 0;
     for (; names[count] && count < 4; count++) {
-        presets[count] = cranny_screen_params_preset(method, names[count]);
+        method_params_preset(method, names[count], &presets[count]);
         columns[count] = (struct option_column){names[count], &presets[count]};
     }
-    printf("\n## render --method %s\n\n", cranny_method_name(method));
-    options_markdown(cranny_screen_param_table(method), columns, count, stdout);
+    printf("\n## render --method %s\n\n", method->name);
+    options_markdown(method_table(method), columns, count, stdout);
 }
 
 /* For docs/parameters.md, which a test compares with this text. */
@@ -89,7 +91,6 @@ static int print_parameters(void)
 {
     struct ui ui = {0};
     const struct cranny_bake_params bake = cranny_bake_params_default();
-    const struct cranny_raytrace_params truth = cranny_raytrace_params_default();
     printf(
         "# Parameters\n\n"
         "Made from the parameter tables by `cranny --dump-parameters`; do not edit.\n"
@@ -101,11 +102,8 @@ static int print_parameters(void)
         "## bake\n\n");
     options_markdown(cranny_bake_param_table(), &(struct option_column){"default", &bake}, 1,
                      stdout);
-    for (int method = 0; method < CRANNY_METHOD_COUNT; method++)
-        print_method((enum cranny_method)method);
-    printf("\n## render --method raytrace\n\n");
-    options_markdown(cranny_raytrace_param_table(), &(struct option_column){"default", &truth}, 1,
-                     stdout);
+    for (int m = 0; m < METHOD_COUNT; m++)
+        print_method(&methods[m]);
     return ui_finish_output(&ui);
 }
 

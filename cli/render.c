@@ -6,20 +6,16 @@
 #include <string.h>
 #include <unistd.h>
 
-const char *const render_methods[] = {"ssao",     "hbao",     "crease", "alchemy",
-                                      "raymarch", "raytrace", NULL};
-_Static_assert(sizeof render_methods / sizeof *render_methods == RENDER_RAYTRACE + 2,
-               "one name for each method, and the truth's");
-
 static const char *const bit_names[] = {"8", "16", NULL};
 
 static const struct option render_rows[] = {
     {.name = "method",
      .type = OPTION_CHOICE,
      .offset = offsetof(struct render_options, method),
-     .choices = render_methods,
+     .choices = method_names,
      .help = "how visibility is estimated (default alchemy); raytrace is the truth that the others "
-             "approximate, for scenes. Each has parameters of its own: 'cranny render --method "
+             "approximate; it and volumes are for scenes. Each has parameters of its own: 'cranny "
+             "render --method "
              "hbao --help' lists hbao's"},
     {.name = "output",
      .letter = 'o',
@@ -79,23 +75,17 @@ static const char examples[] =
 /* The method decides which options there are, so it is looked for before they are parsed. */
 static int find_method(int argc, char **argv)
 {
-    int method = CRANNY_ALCHEMY;
+    const struct method *method = &methods[METHOD_ALCHEMY];
     for (int i = 0; i < argc && strcmp(argv[i], "--") != 0; i++) {
-        const char *name = NULL;
+        const char *name = "";
         if (strncmp(argv[i], "--method=", 9) == 0)
             name = argv[i] + 9;
         else if (strcmp(argv[i], "--method") == 0 && i + 1 < argc)
             name = argv[i + 1];
-        for (int m = 0; name && render_methods[m]; m++)
-            if (strcmp(render_methods[m], name) == 0)
-                method = m;
+        const struct method *named = method_find(name);
+        method = named ? named : method;
     }
-    return method;
-}
-
-static enum cranny_status apply_preset(void *params, const char *name, struct cranny_error *why)
-{
-    return cranny_screen_params_apply(params, name, why);
+    return (int)(method - methods);
 }
 
 static enum cranny_status check_combinations(const struct render *render, struct cranny_error *why)
@@ -103,10 +93,11 @@ static enum cranny_status check_combinations(const struct render *render, struct
     const struct render_options *options = &render->options;
     if (!render->depth.depth)
         return CRANNY_OK;
-    if (options->method == RENDER_RAYTRACE)
+    if (render->method->kind->needs_scene)
         return refuse(why, CRANNY_USAGE,
-                      "--method raytrace needs a scene: a depth image holds nothing behind what it "
-                      "shows; raymarch is the nearest");
+                      "--method %s needs a scene: a depth image holds nothing behind what it "
+                      "shows; raymarch is the nearest",
+                      render->method->name);
     if (options->lit || options->gbuffer)
         return refuse(why, CRANNY_USAGE, "--%s goes with a scene, not with --depth",
                       options->lit ? "lit" : "gbuffer");
@@ -198,15 +189,13 @@ static enum cranny_status write_lit(const struct render *render, struct cranny_e
 {
     const size_t width = (size_t)render->gbuffer.viewport.width;
     const size_t height = (size_t)render->gbuffer.viewport.height;
-    const int threads = render->options.method == RENDER_RAYTRACE ? render->raytrace.threads
-                                                                  : render->screen.threads;
     struct cranny_light light = cranny_light_default();
     light.exposure = (float)render->options.exposure;
     uint8_t *rgb = calloc(width * height, 3);
     if (!rgb)
         return refuse(why, CRANNY_MEMORY, "%.900s: out of memory", render->output);
-    enum cranny_status status =
-        cranny_frame_shade(render->frame, render->visibility, 0, &light, threads, rgb, why);
+    enum cranny_status status = cranny_frame_shade(render->frame, render->visibility, 0, &light,
+                                                   *render->fields.threads, rgb, why);
     if (status == CRANNY_OK)
         status = cranny_png_write(render->output, (int)width, (int)height, 3, rgb, 3 * width, why);
     free(rgb);
@@ -263,17 +252,14 @@ static void destroy(struct render *render)
 
 static void choose_parameters(struct render *render, struct interface *face)
 {
-    const enum cranny_method method = (enum cranny_method)render->options.method;
-    render->raytrace = cranny_raytrace_params_default();
-    face->table = cranny_raytrace_param_table();
-    face->params = &render->raytrace;
-    if (render->options.method == RENDER_RAYTRACE)
-        return;
-    render->screen = cranny_screen_params_preset(method, NULL);
-    face->table = cranny_screen_param_table(method);
-    face->params = &render->screen;
-    face->presets = cranny_screen_preset_names(method);
-    face->apply_preset = apply_preset;
+    const struct method *method = &methods[render->options.method];
+    render->method = method;
+    render->fields = method_fields(method, &render->params);
+    method_params_preset(method, NULL, &render->params);
+    face->table = method_table(method);
+    face->params = &render->params;
+    face->presets = method_presets(method);
+    face->apply_preset = method->kind->apply;
 }
 
 int command_render(int argc, char **argv)
@@ -309,11 +295,11 @@ int command_render(int argc, char **argv)
         .instead = &render.depth.depth,
     };
     char command[64];
-    snprintf(command, sizeof command, "render --method %s", render_methods[render.options.method]);
-    if (render.options.method != CRANNY_ALCHEMY)
+    choose_parameters(&render, &face);
+    snprintf(command, sizeof command, "render --method %s", render.method->name);
+    if (render.options.method != METHOD_ALCHEMY)
         face.command = command;
     render.face = &face;
-    choose_parameters(&render, &face);
     int exit = begin_command(&face, &render.ui, argc, argv);
     if (exit < 0) {
         struct cranny_error why;

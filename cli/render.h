@@ -4,12 +4,10 @@
 
 #include "commands.h"
 #include "depth.h"
-
-/* Beside the methods of the library. */
-#define RENDER_RAYTRACE CRANNY_METHOD_COUNT
+#include "method.h"
 
 struct render_options {
-    int method; /* enum cranny_method, or RENDER_RAYTRACE */
+    int method; /* index of `methods` */
     const char *output, *gbuffer;
     int bits; /* −1: by the extension; 0: 8; 1: 16 */
     bool lit;
@@ -32,8 +30,9 @@ struct render {
     struct depth_options depth;
     struct view_options view;
     const struct interface *face;
-    struct cranny_screen_params screen;
-    struct cranny_raytrace_params raytrace;
+    const struct method *method;
+    union method_params params;
+    struct method_fields fields; /* of params */
     const char *input;
     char *output;           /* owned */
     char *gbuffer_files[3]; /* depth, normal, description; owned; NULL without --gbuffer */
@@ -45,8 +44,7 @@ struct render {
     struct cranny_gbuffer gbuffer;
 
     float *visibility; /* of the viewport, tight; owned */
-    struct cranny_screen_report screen_report;
-    struct cranny_raytrace_report raytrace_report;
+    struct method_report report;
     double mean_visibility;
     double load_s, bvh_s, frame_s, write_s, total_s;
 };
@@ -77,9 +75,6 @@ void scene_view_set_lens(const struct view_options *lens, struct cranny_camera *
 
 /* Pixels to draw around a picture of `size`; `given` from the command line, or -1. */
 int scene_view_guard(const int size[2], int given);
-
-/* "alchemy", "raytrace" …, NULL-terminated. */
-extern const char *const render_methods[];
 
 /* What does not fit together among a scene's options. */
 enum cranny_status scene_options_check(const struct render *render, struct cranny_error *why);

@@ -6,21 +6,16 @@
 
 enum { MEDIAN_SIDE = 256 };
 
-struct timing {
-    double total_ms;
-    struct cranny_screen_report screen;
-    struct cranny_raytrace_report raytrace;
-};
-
 static int compare_floats(const void *a, const void *b)
 {
     const float x = *(const float *)a, y = *(const float *)b;
     return (x > y) - (x < y);
 }
 
-static int compare_timings(const void *a, const void *b)
+static int compare_reports(const void *a, const void *b)
 {
-    const double x = ((const struct timing *)a)->total_ms, y = ((const struct timing *)b)->total_ms;
+    const double x = ((const struct method_report *)a)->total_ms;
+    const double y = ((const struct method_report *)b)->total_ms;
     return (x > y) - (x < y);
 }
 
@@ -45,12 +40,6 @@ static float median_depth(const struct cranny_gbuffer *g)
     const float median = count ? depths[count / 2] : 0;
     free(depths);
     return median;
-}
-
-static double radius_of(const struct render *render)
-{
-    return render->options.method == RENDER_RAYTRACE ? (double)render->raytrace.radius_world
-                                                     : (double)render->screen.radius_world;
 }
 
 void warn_about_radius(struct ui *ui, const char *input, const struct cranny_gbuffer *g,
@@ -108,39 +97,24 @@ enum cranny_status render_read(struct render *render, struct cranny_error *why)
     return status;
 }
 
-static enum cranny_status estimate_once(struct render *render, struct timing *timing,
-                                        struct cranny_error *why)
-{
-    const double begin_s = clock_s();
-    enum cranny_status status;
-    if (render->options.method == RENDER_RAYTRACE) {
-        status = cranny_frame_raytrace(render->frame, &render->raytrace, render->visibility, 0,
-                                       NULL, &timing->raytrace, why);
-        timing->total_ms = 1e3 * (clock_s() - begin_s);
-    } else {
-        render->screen.report = &timing->screen;
-        status =
-            cranny_screen_render(&render->gbuffer, &render->screen, render->visibility, 0, why);
-        timing->total_ms = timing->screen.total_ms;
-    }
-    return status;
-}
-
 static enum cranny_status estimate_all(struct render *render, struct cranny_error *why)
 {
     const int count = render->options.repeat;
-    struct timing *timings = calloc((size_t)count, sizeof *timings);
-    if (!timings)
-        return refuse(why, CRANNY_MEMORY, "--repeat: out of memory");
-    enum cranny_status status = CRANNY_OK;
+    const struct method_input input = {render->scene, render->frame, render->gbuffer};
+    struct method_report *reports = calloc((size_t)count, sizeof *reports);
+    struct method_state state = {0};
+    enum cranny_status status =
+        reports ? method_prepare(render->method, &input, &render->params, &state, why)
+                : refuse(why, CRANNY_MEMORY, "--repeat: out of memory");
     for (int i = 0; i < count && status == CRANNY_OK; i++)
-        status = estimate_once(render, &timings[i], why);
+        status = method_run(render->method, &input, &render->params, &state, render->visibility,
+                            &reports[i], why);
     if (status == CRANNY_OK) {
-        qsort(timings, (size_t)count, sizeof *timings, compare_timings);
-        render->screen_report = timings[count / 2].screen;
-        render->raytrace_report = timings[count / 2].raytrace;
+        qsort(reports, (size_t)count, sizeof *reports, compare_reports);
+        render->report = reports[count / 2];
     }
-    free(timings);
+    method_state_free(&state);
+    free(reports);
     return status;
 }
 
@@ -156,18 +130,18 @@ enum cranny_status render_estimate(struct render *render, struct cranny_error *w
 {
     const size_t width = (size_t)render->gbuffer.viewport.width;
     const size_t height = (size_t)render->gbuffer.viewport.height;
-    warn_about_radius(&render->ui, render->input, &render->gbuffer, radius_of(render));
+    warn_about_radius(&render->ui, render->input, &render->gbuffer,
+                      (double)*render->fields.radius_world);
     render->visibility = calloc(width * height, sizeof *render->visibility);
     if (!render->visibility)
         return refuse(why, CRANNY_MEMORY, "%zu x %zu pixels do not fit in memory", width, height);
-    render->screen.hooks = render->raytrace.hooks = &render->ui.hooks;
-    enum cranny_status status = cranny_workspace_create(&render->screen.workspace, why);
+    *render->fields.hooks = &render->ui.hooks;
     struct cranny_error own = {0};
-    if (status == CRANNY_OK && (status = estimate_all(render, &own)) == CRANNY_INPUT)
+    const enum cranny_status status = estimate_all(render, &own);
+    if (status == CRANNY_INPUT)
         refuse(why, status, "%.200s: %.800s", render->input, own.message);
-    else if (status != CRANNY_OK && own.message[0])
+    else if (status != CRANNY_OK)
         *why = own;
-    cranny_workspace_destroy(&render->screen.workspace);
     if (status == CRANNY_OK)
         render->mean_visibility = mean_of(render->visibility, width * height);
     return status;

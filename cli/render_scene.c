@@ -153,7 +153,7 @@ int scene_view_guard(const int size[2], int given)
 static int guard_of(const struct render *render)
 {
     const int given = render->view.guard;
-    if (given < 0 && render->options.method == RENDER_RAYTRACE)
+    if (given < 0 && !render->method->kind->reads_guard)
         return 0;
     return scene_view_guard(render->view_scene.size, given);
 }
@@ -185,8 +185,7 @@ static enum cranny_status draw(struct render *render, int threads, struct cranny
 enum cranny_status render_draw(struct render *render, struct cranny_error *why)
 {
     struct cranny_tracer_params params = cranny_tracer_params_default();
-    params.threads = render->options.method == RENDER_RAYTRACE ? render->raytrace.threads
-                                                               : render->screen.threads;
+    params.threads = *render->fields.threads;
     params.hooks = &render->ui.hooks;
     render->load.colors = render->options.lit;
     const double begin_s = clock_s();

@@ -10,7 +10,7 @@ static void test_usage(void)
     static const struct {
         const char *part, *arguments[8];
     } cases[] = {
-        {"ssao, hbao, crease, alchemy, raymarch, raytrace", {"--method", "sao"}},
+        {"ssao, hbao, crease, alchemy, volumes, raymarch, raytrace", {"--method", "sao"}},
         {"cranny render --method hbao --help", {"--method", "hbao", "--thickness=1"}},
         {"render --method raytrace --help", {"--method=raytrace", "--cpu-mask", "avx2"}},
         {"auto, portable, avx2, avx512", {"--cpu-mask", "sse"}},

@@ -102,7 +102,8 @@ CRANNY_API size_t cranny_params_get(const struct cranny_param_table *table, cons
 CRANNY_API enum cranny_status cranny_params_validate(const struct cranny_param_table *table,
                                                      const void *params, struct cranny_error *why);
 
-/* Apply a preset file: a JSON object of name: value pairs. CRANNY_INPUT when it cannot be read. */
+/* Apply a preset file: a JSON object of name: value pairs; a member "method", when there is one,
+ * must be the table's name. CRANNY_INPUT when it cannot be read. */
 CRANNY_API enum cranny_status cranny_params_load(const struct cranny_param_table *table,
                                                  void *params, const char *path,
                                                  struct cranny_error *why);

@@ -15,12 +15,15 @@ extern "C" {
  * escaped. The same method, preset and device on several views are one row of the table. */
 struct cranny_report_trial {
     const char *method, *preset, *device;
-    double milliseconds; /* of a picture */
-    double error, rmse;  /* eq. 31; of visibility */
-    double mean;         /* of test − reference: below 0 is too dark */
-    bool series;         /* the presets are steps of one quality: the plot joins them */
-    const char *image;   /* path of the visibility as an 8-bit grey PNG, put into the page */
-    const char *command; /* that makes this picture */
+    double milliseconds;  /* of a picture */
+    double error, rmse;   /* eq. 31; of visibility */
+    double mean;          /* of test − reference: below 0 is too dark */
+    double setup_seconds; /* to make what is kept while the scene stands still; not in
+                             milliseconds; 0: nothing is */
+    bool series;          /* of steps of one quality: the plot joins those of a method */
+    bool is_truth;        /* the reference's own method with fewer rays: grey in the plot */
+    const char *image;    /* path of the visibility as an 8-bit grey PNG, put into the page */
+    const char *command;  /* that makes this picture */
 };
 
 /* One view of one scene, with its reference. */

@@ -190,6 +190,18 @@ static enum cranny_status set_from_json(const struct cranny_param_table *table, 
     return cranny_params_set(table, params, name, number, why);
 }
 
+/* A file for several tables in turn would be read wrong without a word: same names, other meanings.
+ */
+static enum cranny_status check_method(const struct cranny_param_table *table, const json_t *value,
+                                       struct cranny_error *why)
+{
+    const char *name = json_string_value(value);
+    if (name && strcmp(name, table->name) == 0)
+        return CRANNY_OK;
+    return fail(why, CRANNY_USAGE, "is a preset of '%.100s', not of '%s'", name ? name : "?",
+                table->name);
+}
+
 enum cranny_status cranny_params_load(const struct cranny_param_table *table, void *params,
                                       const char *path, struct cranny_error *why)
 {
@@ -206,7 +218,9 @@ enum cranny_status cranny_params_load(const struct cranny_param_table *table, vo
         json_object_foreach(root, name, value)
         {
             struct cranny_error inner;
-            status = set_from_json(table, params, name, value, &inner);
+            status = strcmp(name, "method") == 0
+                         ? check_method(table, value, &inner)
+                         : set_from_json(table, params, name, value, &inner);
             if (status != CRANNY_OK) {
                 fail(why, CRANNY_INPUT, "%s: %.900s", path, inner.message);
                 status = CRANNY_INPUT;

@@ -14,7 +14,8 @@ static const char intro[] =
     "<p>Every method of Cranny at every preset, beside visibility traced with many rays. Pictures "
     "show visibility: white is open. The error is equation 31 of McGuire, <cite>Ambient Occlusion "
     "Volumes</cite> (2009), on 8-bit values, where 0 is equal; times are medians of several runs, "
-    "without reading or drawing the scene.</p>\n";
+    "without reading or drawing the scene, and without what a method makes once of a scene that "
+    "stands still: the captions of its pictures state that.</p>\n";
 
 static const char controls[] =
     "<form class=\"bar\" hidden aria-label=\"How pictures are shown\">\n"

@@ -84,7 +84,7 @@ static int color_of(const struct cranny_report_trial *trials, size_t index)
             first = strcmp(trials[j].method, trials[i].method) != 0;
         color += first;
     }
-    return trials[index].series ? COLORS - 1 : color % (COLORS - 1);
+    return trials[index].is_truth ? COLORS - 1 : color % (COLORS - 1);
 }
 
 static void place_points(struct plot *plot, const struct cranny_report_trial *trials)
@@ -244,20 +244,33 @@ static void front(const struct plot *plot)
 }
 
 /* Points of one method that are steps of one quality, joined in the order of their times. */
-static void series(const struct plot *plot)
+static void one_series(const struct plot *plot, const char *method)
 {
     bool begun = false;
-    for (size_t i = 0; i < plot->count; i++)
-        if (plot->points[i].trial->series) {
-            if (!begun)
-                fprintf(plot->out, "<g class=\"c%d\"><path class=\"series\" d=\"",
-                        plot->points[i].color);
-            fprintf(plot->out, "%s%.1f %.1f", begun ? "L" : "M", plot->points[i].x,
-                    plot->points[i].y);
-            begun = true;
-        }
+    for (size_t i = 0; i < plot->count; i++) {
+        const struct point *p = &plot->points[i];
+        if (!p->trial->series || strcmp(p->trial->method, method) != 0)
+            continue;
+        if (!begun)
+            fprintf(plot->out, "<g class=\"c%d\"><path class=\"series\" d=\"", p->color);
+        fprintf(plot->out, "%s%.1f %.1f", begun ? "L" : "M", p->x, p->y);
+        begun = true;
+    }
     if (begun)
         fputs("\"/></g>\n", plot->out);
+}
+
+static void series(const struct plot *plot)
+{
+    for (size_t i = 0; i < plot->count; i++) {
+        const char *method = plot->points[i].trial->method;
+        bool first = plot->points[i].trial->series;
+        for (size_t j = 0; j < i && first; j++)
+            first = !plot->points[j].trial->series ||
+                    strcmp(plot->points[j].trial->method, method) != 0;
+        if (first)
+            one_series(plot, method);
+    }
 }
 
 static void marker(const struct plot *plot, const struct point *p)

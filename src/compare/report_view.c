@@ -81,6 +81,8 @@ static enum cranny_status tile(FILE *out, const struct cranny_report_view *view,
     report_milliseconds(out, trial->milliseconds);
     fprintf(out, " ms, error %.3f, RMSE %.3f, bias %s%.3f", trial->error, trial->rmse,
             trial->mean < 0 ? "−" : "+", fabs(trial->mean));
+    if (trial->setup_seconds > 0)
+        fprintf(out, "; once a scene: %.2g s", trial->setup_seconds);
     command(out, trial->command);
     return status;
 }
