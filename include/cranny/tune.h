@@ -63,12 +63,11 @@ struct cranny_tune_report {
     bool flat;      /* every set that was tried costs the same: the views say nothing */
 };
 
-/* Search parameters that lower the cost of the views that are not held out: first in steps of the
- * rows' `step` (a quarter of the value, for rows without one), then in halves of them down to a
- * twentieth, along each row and along what the last round changed together (Hooke, Jeeves, Direct
- * Search, 1961; with a parabola on each line). Whole numbers move by whole numbers, choices and
- * switches are tried one by one. No field leaves its row's range; reals end as multiples of a
- * twentieth of their step.
+/* Search parameters that lower the cost of the views that are not held out: by lines along the
+ * rows, first in steps of their `step` (a quarter of the value, for rows without one), then in
+ * halves of it down to a thirtieth; each round of lines turns the next one's into the way that it
+ * went. Whole numbers move by whole numbers, choices and switches are tried one by one. No field
+ * leaves its row's range; reals end as multiples of a hundredth of their step.
  *
  * `fitted`: params_size bytes, filled with problem->params and the best values found; may be
  * problem->params itself. `differences`: NULL, or view_count pairs: each view before, and after.

@@ -1,14 +1,17 @@
-/* A derivative-free minimum of a cost over the rows of a parameter table.
+/* A minimum of a cost over the rows of a parameter table, without derivatives.
  *
- * Based on: Hooke, Jeeves, "Direct Search" Solution of Numerical and Statistical Problems, 1961.
- * Departures: a parabola through the best three points of each line, and the pattern move is a line
- * of its own; both save evaluations on a cost that is smooth. */
+ * Based on: Powell, UOBYQA: unconstrained optimization by quadratic approximation, 2002. Costs of
+ * rendering are smooth with long valleys, as where more intensity and less contrast are nearly the
+ * same; a model that knows how parameters pull together crosses them in one step, where searches
+ * along the rows (Hooke, Jeeves 1961; Rosenbrock 1960 was tried, too) creep.
+ * Departures: the model is made anew in each round, from points on a cross and one a pair of rows;
+ * ranges are kept; steps that pay are doubled. */
 #ifndef COMPARE_SEARCH_H
 #define COMPARE_SEARCH_H
 
 #include "base/base.h"
 
-/* The cost of the fields' values, in the rows' order; may be the same as another's. */
+/* The cost of the fields' values, in the rows' order. */
 typedef enum cranny_status search_cost(void *user, const double *values, double *cost,
                                        struct cranny_error *why);
 
@@ -21,7 +24,7 @@ struct search_task {
 };
 
 struct search_outcome {
-    double first_cost, cost;
+    double cost;
     size_t evaluations;
     bool converged, flat;
 };

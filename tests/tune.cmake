@@ -1,0 +1,2 @@
+# Fits of parameters to the truth.
+cranny_test(tune LAYERS compare screen TIMEOUT 120)
