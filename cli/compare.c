@@ -273,7 +273,7 @@ static int run(struct compare *compare)
     if (status == CRANNY_OK && ui_interrupted())
         status = refuse(&why, CRANNY_CANCELLED, "interrupted");
     if (status == CRANNY_OK)
-        status = compare_fill_folder(compare, &why);
+        status = compare_fill_folder(compare, results, &why);
     const int exit =
         status == CRANNY_OK ? print_results(compare, results) : ui_fail(&compare->ui, &why);
     json_decref(results);

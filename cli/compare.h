@@ -99,8 +99,10 @@ void compare_view_free(struct compare_view *view);
 /* Make the folder, and in it one to work in. CRANNY_FAILED when that cannot be. */
 enum cranny_status compare_open_folder(struct compare *compare, struct cranny_error *why);
 
-/* Move everything to its place. */
-enum cranny_status compare_fill_folder(struct compare *compare, struct cranny_error *why);
+/* Move everything to its place, and remove pictures that the results.json there before names and
+ * this one does not. */
+enum cranny_status compare_fill_folder(struct compare *compare, const json_t *results,
+                                       struct cranny_error *why);
 
 /* Remove what is left of the work, and folders that were made for nothing. */
 void compare_close_folder(struct compare *compare);

@@ -98,19 +98,74 @@ static enum cranny_status move_images(const struct compare *compare, struct cran
     return status;
 }
 
+/* Pictures that a results.json names, as keys; one that is missing or not ours names none. */
+static json_t *pictures_of(const json_t *results)
+{
+    json_t *names = json_object();
+    const json_t *view, *trial;
+    size_t v, t;
+    json_array_foreach(json_object_get(results, "views"), v, view)
+    {
+        const json_t *rows = json_object_get(view, "methods");
+        const char *name =
+            json_string_value(json_object_get(json_object_get(view, "reference"), "image"));
+        json_object_set_new(names, name ? name : "", json_true());
+        json_array_foreach(rows, t, trial) for (int map = 0; map < 2; map++)
+        {
+            name = json_string_value(json_object_get(trial, map ? "error_map" : "image"));
+            json_object_set_new(names, name ? name : "", json_true());
+        }
+    }
+    return names;
+}
+
+/* "images/001-….png": a name that picture_name gives, and no way out of the folder. */
+static bool is_picture_name(const char *name)
+{
+    char extension[9];
+    path_extension(name, extension);
+    return strncmp(name, "images/", 7) == 0 && strspn(name + 7, "0123456789") >= 3 &&
+           !strchr(name + 7, '/') && strcmp(extension, ".png") == 0;
+}
+
+/* What an earlier run wrote and this one has no more: by its own list, and nothing else. */
+static void remove_stale(const struct compare *compare, const json_t *before, const json_t *now)
+{
+    json_t *old = pictures_of(before), *new = pictures_of(now), *value;
+    const char *name;
+    json_object_foreach(old, name, value)
+    {
+        char *path = is_picture_name(name) && !json_object_get(new, name)
+                         ? text_of_format("%s/%s", compare->folder, name)
+                         : NULL;
+        if (path)
+            unlink(path);
+        free(path);
+    }
+    json_decref(old);
+    json_decref(new);
+}
+
 /* The page last: it needs nothing else, and what it says is then true of the other files. */
-enum cranny_status compare_fill_folder(struct compare *compare, struct cranny_error *why)
+enum cranny_status compare_fill_folder(struct compare *compare, const json_t *results,
+                                       struct cranny_error *why)
 {
     char *images = text_of_format("%s/images", compare->folder);
+    char *earlier = text_of_format("%s/results.json", compare->folder);
     bool made;
-    enum cranny_status status = images ? make_folder(images, "-o", &made, why)
-                                       : refuse(why, CRANNY_MEMORY, "out of memory");
+    enum cranny_status status = images && earlier ? make_folder(images, "-o", &made, why)
+                                                  : refuse(why, CRANNY_MEMORY, "out of memory");
+    json_t *before = status == CRANNY_OK ? json_load_file(earlier, 0, NULL) : NULL;
     if (status == CRANNY_OK)
         status = move_images(compare, why);
     if (status == CRANNY_OK)
         status = move_into(compare, "results.json", "", why);
     if (status == CRANNY_OK)
         status = move_into(compare, "index.html", "", why);
+    if (status == CRANNY_OK)
+        remove_stale(compare, before, results);
+    json_decref(before);
+    free(earlier);
     free(images);
     return status;
 }

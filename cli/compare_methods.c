@@ -290,7 +290,7 @@ enum cranny_status compare_measure(struct compare *compare, struct compare_view 
         .compare = compare, .view = view, .number = (size_t)(view - compare->views) + 1};
     enum cranny_status status = set_stage(&stage, why);
     if (status == CRANNY_OK) {
-        warn_about_radius(&compare->ui, view->scene, &stage.gbuffer, view->radius_world);
+        warn_about_radius(&compare->ui, view->scene, &stage.gbuffer, view->radius_world, false);
         status = get_truth(&stage, why);
     }
     if (status == CRANNY_OK)

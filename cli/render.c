@@ -65,6 +65,7 @@ static const char summary[] =
 static const char examples[] =
     "  cranny render level.glb                                writes level-ao.png\n"
     "  cranny render level.glb --method raytrace --rays 1024 -o truth.exr\n"
+    "  cranny render level.glb --method volumes --spacing 5   analytic; one pixel in 25\n"
     "  cranny render level.glb --eye 3,2,5 --target 0,1,0 --radius 1 --lit -o view.png\n"
     "  cranny render --depth depth.exr --normal normal.exr --fov 60 -o ao.png\n"
     "  cranny render --depth depth.png --depth-kind device --reversed --near 0.1 --fov 70\n"

@@ -94,9 +94,10 @@ enum cranny_status gbuffer_check_files(const struct render *render, struct crann
 enum cranny_status gbuffer_write(const struct render *render, struct cranny_error *why);
 
 /* A warning when the radius is of another scale than what the frame shows, and the picture so
- * white or grey; `input` is where the frame is from. */
+ * white or, for a method that `sees_all` of the scene not, grey; `input` is where the frame is
+ * from. */
 void warn_about_radius(struct ui *ui, const char *input, const struct cranny_gbuffer *g,
-                       double radius);
+                       double radius, bool sees_all);
 
 /* The result on stdout; the exit status. */
 int render_print(struct render *render);

@@ -43,7 +43,7 @@ static float median_depth(const struct cranny_gbuffer *g)
 }
 
 void warn_about_radius(struct ui *ui, const char *input, const struct cranny_gbuffer *g,
-                       double radius)
+                       double radius, bool sees_all)
 {
     const float median = median_depth(g), extent = g->projection.top - g->projection.bottom;
     const bool parallel = g->projection.kind == CRANNY_ORTHOGRAPHIC;
@@ -56,7 +56,7 @@ void warn_about_radius(struct ui *ui, const char *input, const struct cranny_gbu
                 "%.400s: the radius of %g m covers %.2g pixels at the median depth, %.4g m: little "
                 "will show; --radius %.2g covers a tenth of the picture's height",
                 input, radius, share * g->viewport.height, (double)median, 0.1 * height_world);
-    else if (share > 1.0 / 3)
+    else if (share > 1.0 / 3 && !sees_all)
         ui_warn(ui,
                 "%.400s: the radius of %g m covers %.2g of the picture's height at the median "
                 "depth, %.4g m: occluders out of sight will be missed; --radius %.2g covers a "
@@ -131,7 +131,7 @@ enum cranny_status render_estimate(struct render *render, struct cranny_error *w
     const size_t width = (size_t)render->gbuffer.viewport.width;
     const size_t height = (size_t)render->gbuffer.viewport.height;
     warn_about_radius(&render->ui, render->input, &render->gbuffer,
-                      (double)*render->fields.radius_world);
+                      (double)*render->fields.radius_world, render->method->kind->needs_scene);
     render->visibility = calloc(width * height, sizeof *render->visibility);
     if (!render->visibility)
         return refuse(why, CRANNY_MEMORY, "%zu x %zu pixels do not fit in memory", width, height);

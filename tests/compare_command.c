@@ -3,7 +3,8 @@
 
 #include <cranny/screen.h>
 
-enum { TRIALS = 2 + 2 * CRANNY_METHOD_COUNT };
+/* Rays at two counts, two presets of every method, volumes at three rates of samples. */
+enum { TRIALS = 2 + 2 * (CRANNY_METHOD_COUNT + 1) + 3 };
 
 static const char hostile[] = "a <b>'\"&$(x);.gltf";
 
@@ -84,15 +85,17 @@ static void check_trial(const json_t *trial)
 {
     static const char *const texts[] = {"name",  "preset",    "device",
                                         "image", "error_map", "command"};
-    static const char *const numbers[] = {"milliseconds", "error",   "rmse",
-                                          "mean",         "max_abs", "runs"};
+    static const char *const numbers[] = {"milliseconds", "error", "rmse",         "mean",
+                                          "max_abs",      "runs",  "setup_seconds"};
     for (size_t i = 0; i < sizeof texts / sizeof *texts; i++)
         CHECK(*text_of(trial, texts[i]));
     for (size_t i = 0; i < sizeof numbers / sizeof *numbers; i++)
         number_of(trial, numbers[i]);
     CHECK(number_of(trial, "milliseconds") > 0);
     CHECK(number_of(trial, "error") >= 0 && number_of(trial, "rmse") <= 1);
-    CHECK(json_is_object(json_object_get(trial, "parameters")));
+    const json_t *parameters = json_object_get(trial, "parameters");
+    CHECK(strcmp(text_of(parameters, "method"), text_of(trial, "name")) == 0);
+    CHECK((number_of(trial, "setup_seconds") > 0) == !strcmp(text_of(trial, "name"), "volumes"));
     char path[300];
     snprintf(path, sizeof path, "out/%s", text_of(trial, "image"));
     CHECK_MSG(access(path, F_OK) == 0, "no %s", path);
@@ -191,6 +194,7 @@ static void strip_times(json_t *results)
         {
             json_object_del(trial, "milliseconds");
             json_object_del(trial, "runs");
+            json_object_del(trial, "setup_seconds");
         }
     }
 }
@@ -302,6 +306,114 @@ static void test_several_scenes(void)
     unlink("other.gltf");
 }
 
+static json_t *compare_row(const json_t *results, size_t index)
+{
+    const json_t *view = json_array_get(json_object_get(results, "views"), 0);
+    return json_array_get(json_object_get(view, "methods"), index);
+}
+
+static json_t *compare_presets(const char *methods, const char *first, const char *second)
+{
+    struct result result =
+        run("compare", "view.gltf", "-o", "out", "--camera", "0", "--size", "48x36", "--rays", "4",
+            "--repeat", "1", "--cache", "truths", "--json", "--methods", methods, "--preset", first,
+            second ? "--preset" : NULL, second, NULL);
+    return take_json(&result, 0);
+}
+
+/* A row for each file, after those of the methods; its command makes its picture. */
+static void test_presets(void)
+{
+    const char soft[] = "{\"method\": \"volumes\", \"intensity\": 0.5, \"quads\": false}";
+    const char thin[] = "{\"method\": \"hbao\", \"radius_world\": 7}";
+    write_file("soft.json", soft, sizeof soft - 1);
+    CHECK(mkdir("my presets", 0700) == 0);
+    write_file("my presets/thin & <b>.json", thin, sizeof thin - 1);
+    json_t *results = compare_presets("volumes", "soft.json", "my presets/thin & <b>.json");
+    CHECK_INT(json_array_size(
+                  json_object_get(json_array_get(json_object_get(results, "views"), 0), "methods")),
+              7);
+    const json_t *row = compare_row(results, 5), *other = compare_row(results, 6);
+    CHECK(strcmp(text_of(row, "name"), "volumes") == 0);
+    CHECK(strcmp(text_of(row, "preset"), "soft") == 0);
+    CHECK_NEAR(number_of(json_object_get(row, "parameters"), "intensity"), 0.5, 0);
+    CHECK(json_is_false(json_object_get(json_object_get(row, "parameters"), "quads")));
+    CHECK(number_of(row, "mean") > number_of(compare_row(results, 0), "mean"));
+    CHECK(strcmp(text_of(other, "name"), "hbao") == 0);
+    CHECK(strcmp(text_of(other, "preset"), "thin & <b>") == 0);
+    CHECK_NEAR(number_of(json_object_get(other, "parameters"), "radius_world"), 0.5, 0);
+    check_commands(json_array_get(json_object_get(results, "views"), 0));
+    json_decref(results);
+    remove_tree("my presets");
+    remove_tree("out");
+}
+
+static void test_refused_presets(void)
+{
+    static const struct {
+        const char *text, *part;
+        int exit;
+    } cases[] = {
+        {"{\"intensity\": 1}", "does not say whose preset it is", 3},
+        {"{\"method\": \"ssa\"}", "no method 'ssa'", 3},
+        {"{\"method\": \"volumes\", \"samples\": 4}", "samples: no such parameter", 3},
+        {"{\"method\": \"volumes\", \"spacing\": 99}", "spacing: 99 is out of range", 3},
+        {"[1]", "does not say whose", 3},
+        {"{", "line 1", 3},
+        {"", "line 1", 3},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        write_file("bad.json", cases[i].text, strlen(cases[i].text));
+        check_failure(run("compare", "view.gltf", "-o", "out", "--preset", "bad.json", NULL),
+                      cases[i].exit, cases[i].part);
+    }
+    CHECK(rename("soft.json", "paper.json") == 0);
+    check_failure(run("compare", "view.gltf", "-o", "out", "--preset", "paper.json", NULL), 2,
+                  "there is a row 'volumes paper'");
+    check_failure(run("compare", "view.gltf", "-o", "out", "--preset", "nowhere.json", NULL), 3,
+                  "nowhere.json");
+    CHECK(access("out", F_OK) != 0);
+    unlink("bad.json");
+    unlink("paper.json");
+}
+
+/* Of an earlier run's pictures those go that the new one lacks; other files stay, and so does
+ * everything when the list of the earlier run is not to be read, or names what it cannot have made.
+ */
+static void test_stale_pictures(void)
+{
+    static const char *const lists[] = {
+        "junk",
+        "{\"views\": [{\"reference\": {\"image\": \"images/../../view.gltf\"}, \"methods\": "
+        "[{\"image\": \"images/mine.png\", \"error_map\": 7}, 3, {}]}, []]}",
+        "{\"views\": {\"a\": 1}}",
+        "[]",
+    };
+    json_decref(compare_presets("ssao,volumes", "soft.json", NULL));
+    write_file("out/images/mine.png", "mine", 4);
+    write_file("out/images/001-mine.png", "mine", 4);
+    CHECK(access("out/images/001-view-volumes-1-25.png", F_OK) == 0);
+    json_decref(compare_presets("ssao", "soft.json", NULL));
+    CHECK(access("out/images/001-view-volumes-1-25.png", F_OK) != 0);
+    CHECK(access("out/images/001-view-volumes-1-25-error.png", F_OK) != 0);
+    char *before = tree_of("out");
+    for (size_t i = 0; i < sizeof lists / sizeof *lists; i++) {
+        write_file("out/results.json", lists[i], strlen(lists[i]));
+        json_decref(compare_presets("ssao", "soft.json", NULL));
+        char *after = tree_of("out");
+        CHECK_MSG(strcmp(before, after) == 0, "before: %s after: %s", before, after);
+        free(after);
+    }
+    CHECK_TEXT(before, "images/mine.png");
+    CHECK_TEXT(before, "images/001-mine.png");
+    CHECK_TEXT(before, "images/001-view-truth.png");
+    CHECK_TEXT(before, "images/001-view-volumes-soft.png");
+    CHECK(access("view.gltf", F_OK) == 0);
+    free(before);
+    remove_tree("out");
+    remove_tree("truths");
+}
+
 static void check_text_is(const char *path, const char *expected)
 {
     size_t size;
@@ -393,6 +505,9 @@ int main(void)
     test_results();
     test_cache();
     test_several_scenes();
+    test_presets();
+    test_stale_pictures();
+    test_refused_presets();
     test_interrupt();
     char left[4096];
     list_folder(left, sizeof left);

@@ -185,7 +185,7 @@ static void check_manners(void)
     }
 }
 
-static const char *const methods[] = {"ssao", "hbao", "crease", "alchemy"};
+static const char *const methods[] = {"ssao", "hbao", "crease", "alchemy", "volumes"};
 
 static void check_picture(const char *format, const char *word)
 {

@@ -9,9 +9,8 @@
 
 #define PIXELS ((size_t)FRAME_WIDTH * FRAME_HEIGHT)
 
-/* The last one lights the picture: the default of cranny render. */
-const enum cranny_method frame_methods[FRAME_METHOD_COUNT] = {CRANNY_SSAO, CRANNY_HBAO,
-                                                              CRANNY_CREASE, CRANNY_ALCHEMY};
+const int frame_methods[FRAME_METHOD_COUNT] = {METHOD_SSAO, METHOD_HBAO, METHOD_CREASE,
+                                               METHOD_ALCHEMY, METHOD_VOLUMES};
 
 struct studio {
     const struct frame_job *job;
@@ -19,7 +18,7 @@ struct studio {
     struct view view;
     struct cranny_tracer *tracer; /* owned, as are the others */
     struct cranny_frame *frame;
-    struct cranny_workspace *workspace;
+    struct method_state state;
     float *truth, *estimate;
     uint8_t *rgb;
 };
@@ -94,11 +93,8 @@ static enum cranny_status draw(struct studio *studio, struct cranny_error *why)
     studio->rgb = malloc(PIXELS * 3);
     if (!studio->truth || !studio->estimate || !studio->rgb)
         return no_memory(why);
-    enum cranny_status status = cranny_workspace_create(&studio->workspace, why);
-    if (status == CRANNY_OK)
-        status = cranny_frame_create(studio->job->scene, studio->tracer, &studio->view.camera,
-                                     &params, &studio->frame, why);
-    return status;
+    return cranny_frame_create(studio->job->scene, studio->tracer, &studio->view.camera, &params,
+                               &studio->frame, why);
 }
 
 static enum cranny_status trace_truth(struct studio *studio, struct cranny_error *why)
@@ -119,24 +115,27 @@ static int compare_doubles(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* After one run that does not count: it fills the workspace. */
-static enum cranny_status estimate(struct studio *studio, enum cranny_method method,
-                                   double *milliseconds, struct cranny_error *why)
+/* After one run that does not count: it makes what is kept. */
+static enum cranny_status estimate(struct studio *studio, const struct method *method,
+                                   struct frame_score *score, struct cranny_error *why)
 {
-    const struct cranny_gbuffer gbuffer = cranny_frame_gbuffer(studio->frame);
-    struct cranny_screen_params params = cranny_screen_params_preset(method, "calibrated");
-    struct cranny_screen_report report = {0};
+    const struct method_input input = {studio->job->scene, studio->frame,
+                                       cranny_frame_gbuffer(studio->frame)};
+    union method_params params;
+    struct method_report report = {0};
     double times[FRAME_RUNS + 1] = {0};
     enum cranny_status status = CRANNY_OK;
-    params.radius_world = (float)studio->view.radius_world;
-    params.workspace = studio->workspace;
-    params.report = &report;
+    method_params_preset(method, NULL, &params);
+    *method_fields(method, &params).radius_world = (float)studio->view.radius_world;
+    *method_fields(method, &params).hooks = studio->job->hooks;
     for (int i = 0; i <= FRAME_RUNS && status == CRANNY_OK; i++) {
-        status = cranny_screen_render(&gbuffer, &params, studio->estimate, 0, why);
+        status =
+            method_run(method, &input, &params, &studio->state, studio->estimate, &report, why);
         times[i] = report.total_ms;
     }
     qsort(times + 1, FRAME_RUNS, sizeof *times, compare_doubles);
-    *milliseconds = times[1 + FRAME_RUNS / 2];
+    score->milliseconds = times[1 + FRAME_RUNS / 2];
+    score->setup_s = report.setup_s;
     studio->result->isa = cranny_isa_name((enum cranny_isa)report.isa);
     return status;
 }
@@ -144,10 +143,11 @@ static enum cranny_status estimate(struct studio *studio, enum cranny_method met
 static enum cranny_status judge(struct studio *studio, int index, struct cranny_error *why)
 {
     struct frame_score *score = &studio->result->scores[index];
-    const char *name = cranny_method_name(frame_methods[index]);
+    const struct method *method = &methods[frame_methods[index]];
+    const char *name = method->name;
     char map[64];
     snprintf(map, sizeof map, "%s-map", name);
-    enum cranny_status status = estimate(studio, frame_methods[index], &score->milliseconds, why);
+    enum cranny_status status = estimate(studio, method, score, why);
     if (status == CRANNY_OK)
         status = write_values(studio, name, studio->estimate, why);
     if (status == CRANNY_OK)
@@ -159,7 +159,7 @@ static enum cranny_status judge(struct studio *studio, int index, struct cranny_
     return status == CRANNY_OK ? write_rgb(studio, map, why) : status;
 }
 
-/* With the last estimate and without any, under one exposure. */
+/* With this estimate and without any, under one exposure. */
 static enum cranny_status light(struct studio *studio, struct cranny_error *why)
 {
     struct cranny_light light = cranny_light_default();
@@ -181,9 +181,12 @@ static enum cranny_status shoot(struct studio *studio, struct cranny_error *why)
     enum cranny_status status = draw(studio, why);
     if (status == CRANNY_OK)
         status = trace_truth(studio, why);
-    for (int i = 0; i < FRAME_METHOD_COUNT && status == CRANNY_OK; i++)
+    for (int i = 0; i < FRAME_METHOD_COUNT && status == CRANNY_OK; i++) {
         status = judge(studio, i, why);
-    return status == CRANNY_OK ? light(studio, why) : status;
+        if (status == CRANNY_OK && i == FRAME_LIT)
+            status = light(studio, why);
+    }
+    return status;
 }
 
 enum cranny_status frame_make(const struct frame_job *job, struct frame *frame,
@@ -194,9 +197,9 @@ enum cranny_status frame_make(const struct frame_job *job, struct frame *frame,
     enum cranny_status status = choose_view(&studio, why);
     if (status == CRANNY_OK && frame->made)
         status = shoot(&studio, why);
+    method_state_free(&studio.state);
     cranny_frame_destroy(&studio.frame);
     cranny_tracer_destroy(&studio.tracer);
-    cranny_workspace_destroy(&studio.workspace);
     free(studio.truth);
     free(studio.estimate);
     free(studio.rgb);

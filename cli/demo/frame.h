@@ -1,8 +1,8 @@
-/* One view as a renderer sees it: the truth, four estimates of it from a G-buffer, and light. */
+/* One view as a renderer sees it: the truth, estimates of it, and light. */
 #ifndef DEMO_FRAME_H
 #define DEMO_FRAME_H
 
-#include <cranny/cranny.h>
+#include "../method.h"
 
 #define FRAME_WIDTH 960
 #define FRAME_HEIGHT 540
@@ -10,8 +10,10 @@
 #define FRAME_RUNS 5         /* of each method; the median counts */
 #define FRAME_MAP_SCALE 0.25 /* the difference of full colour; the default of cranny diff */
 
-enum { FRAME_METHOD_COUNT = 4 };
-extern const enum cranny_method frame_methods[FRAME_METHOD_COUNT];
+enum { FRAME_METHOD_COUNT = 5, FRAME_LIT = 3 };
+
+/* Indices of `methods`; that of FRAME_LIT, the default of cranny render, lights the picture. */
+extern const int frame_methods[FRAME_METHOD_COUNT];
 
 struct frame_job {
     const struct cranny_scene *scene; /* loaded with `colors` */
@@ -24,6 +26,7 @@ struct frame_job {
 
 struct frame_score {
     double milliseconds; /* median */
+    double setup_s;      /* to make what is kept; not in them */
     struct cranny_difference difference;
 };
 

@@ -49,13 +49,6 @@ struct demo {
     int percent;
 };
 
-static double clock_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
-}
-
 static void say(const struct demo *demo, const char *what)
 {
     if (!demo->options->quiet)

@@ -26,20 +26,27 @@ static const struct about about[FRAME_METHOD_COUNT] = {
      "Samples on a spiral; one fraction weighs how far each stands over the surface against the "
      "square of its distance, derived from the integral itself. Occluders overlap without knowing "
      "of each other, so narrow places may be counted twice."},
+    {"McGuire 2009, ambient occlusion volumes",
+     "Not from the depth buffer: it has the scene’s polygons, and a formula for the share of the "
+     "half-sphere that each one near the pixel hides. Nothing is out of sight and there is no "
+     "noise. Polygons that cover each other from the pixel are counted both, which a bend of their "
+     "sum makes up for on average. The more of them are near, the longer it takes."},
 };
 
 static const char *name_of(int index)
 {
-    return cranny_method_name(frame_methods[index]);
+    return methods[frame_methods[index]].name;
 }
 
 static void intro(FILE *out, const struct page *page)
 {
     const struct frame *frame = &page->frame;
-    fputs("<p>A renderer whose things move cannot look baked values up. It has the depth and "
-          "the normals of one picture, and guesses from these how open each pixel is: anything "
-          "hidden or outside the picture does not exist for it. This is the view <em>",
-          out);
+    fputs(
+        "<p>A renderer whose things move cannot look baked values up. It has the depth and "
+        "the normals of one picture, and guesses from these how open each pixel is: anything "
+        "hidden or outside the picture does not exist for it. The last method here has the scene, "
+        "too. This is the view <em>",
+        out);
     html_text(out, page->view_names[frame->view]);
     fprintf(out,
             "</em> at %d × %d. The truth sends %d rays a pixel into the whole scene; an occluder "
@@ -114,6 +121,12 @@ static void scores(FILE *out, const struct frame *frame)
             "scale, the dark ones most. The shift is the mean of estimate minus truth: below 0 is "
             "too dark. The truth itself has noise, a standard error of %.4f a pixel.</p>\n",
             FRAME_RUNS, cores, cores == 1 ? "" : "s", frame->isa, frame->truth.standard_error_mean);
+    for (int i = 0; i < FRAME_METHOD_COUNT; i++)
+        if (frame->scores[i].setup_s > 0)
+            fprintf(out,
+                    "<p>What %s keeps while the scene stands still took %.2f s to make, once; that "
+                    "is not in its time.</p>\n",
+                    name_of(i), frame->scores[i].setup_s);
 }
 
 static void maps(FILE *out)

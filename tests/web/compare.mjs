@@ -20,17 +20,25 @@ const flags = ['--headless=new', '--no-sandbox', '--disable-gpu', '--disable-bac
     '--disable-component-update', '--disable-default-apps', '--disable-sync', '--no-first-run', '--disable-dev-shm-usage'];
 const wide = { width: 1280, height: 900 }, phone = { width: 360, height: 740 };
 
+// bench/views.c's, one of each scene.
+const real = [['crytek_sponza/crytek_sponza.glb', 'nave=10,2,0:0,3,0:60', '1'],
+    ['stanford_dragon/stanford_dragon_res3.glb', 'front=0.05,0.18,0.36:0,0.12,0:32', '0.03'],
+    ['contemporary_bathroom/contemporary_bathroom.glb', 'basin=1.2,1.5,-1:-1.5,0.7,-2:60', '0.4'],
+    ['level_pandora/pandora.glb', 'hall=20,9,0:-10,9,2:70', '1.5'],
+    ['godot_room/room.glb', 'corner=3.5,2.6,3.5:-2,0.8,-2:65', '0.5'],
+    ['japanese_bridge_garden_meshopt/scene.glb', 'bridge=8,5,7:0,2.2,0:45', '0.6']]
+    .filter(([file]) => scenes() && fs.existsSync(path.join(scenes(), file)));
+
 // The command line that shows what is there: a court with a hostile name, and real scenes.
 function compareArguments() {
     const court = path.join(folder, 'court <img src=x onerror=alert(1)> "&amp;.glb');
     fs.writeFileSync(court, courtGlb());
     const args = ['compare', court, '--view', 'front=5,4,7:0,0.7,0:45', '--view', '<i>back</i>=3,2,-6:0,0.7,0:60'];
-    const real = [['godot_room/room.glb', '3.5,2.6,3.5:-2,0.8,-2:65', '0.5'],
-        ['stanford_dragon/stanford_dragon_res3.glb', '0.05,0.18,0.36:0,0.12,0:32', '0.03']];
     for (const [file, view, radius] of real)
-        if (scenes() && fs.existsSync(path.join(scenes(), file)))
-            args.push(path.join(scenes(), file), '--view', view, '--radius', radius);
-    return [...args, '-o', path.join(folder, 'out'), '--size', '320x180', '--rays', '64', '--repeat', '1', '--json'];
+        args.push(path.join(scenes(), file), '--view', view, '--radius', radius);
+    const preset = path.join(folder, 'soft & <b>.json');
+    fs.writeFileSync(preset, '{"method": "volumes", "intensity": 0.8}');
+    return [...args, '--preset', preset, '-o', path.join(folder, 'out'), '--size', '320x180', '--rays', '32', '--repeat', '1', '--json'];
 }
 
 function watch(page, verdict, name) {
@@ -90,8 +98,8 @@ const at = (split) => split.evaluate((element) => element.style.getPropertyValue
 const isLooking = (page, view) => page.evaluate((number) => document.querySelectorAll('.view')[number].classList.contains('looking'), view);
 const lenses = (splits) => splits.evaluateAll((all) => all.map((split) => split.querySelector('.lens').toDataURL()).join());
 
-async function checkSplits(page, verdict) {
-    const splits = page.locator('.view').nth(1).locator('.tile:not(.truth) .split');
+async function checkSplits(page, verdict, number) {
+    const splits = page.locator('.view').nth(number).locator('.tile:not(.truth) .split');
     const slider = splits.nth(0).locator('input');
     await slider.focus();
     for (let i = 0; i < 5; i++)
@@ -113,13 +121,13 @@ async function checkSplits(page, verdict) {
     await page.uncheck('[name=linked]');
 }
 
-async function checkLens(page, verdict) {
-    const view = page.locator('.view').nth(0), splits = view.locator('.tile:not(.truth) .split');
+async function checkLens(page, verdict, number) {
+    const view = page.locator('.view').nth(number), splits = view.locator('.tile:not(.truth) .split');
     await page.mouse.move(0, 0);
     await splits.nth(0).evaluate((split) => split.scrollIntoView({ block: 'center' }));
     const box = await splits.nth(0).boundingBox();
     await page.mouse.move(box.x + 0.3 * box.width, box.y + 0.6 * box.height);
-    verdict.check(await isLooking(page, 0), 'no lens under the pointer');
+    verdict.check(await isLooking(page, number), 'no lens under the pointer');
     const places = await splits.evaluateAll((all) => all.map((split) => split.style.getPropertyValue('--x')));
     verdict.check(new Set(places).size === 1 && Math.abs(parseFloat(places[0]) - 30) < 1, `places: ${places}`);
     const shown = await splits.evaluateAll((all) => all.map((split) => split.querySelector('output').textContent));
@@ -135,8 +143,10 @@ async function checkLens(page, verdict) {
     verdict.check(await lenses(splits) !== before, 'the lenses show the same after a move');
     await page.keyboard.press('+');
     verdict.check(await page.inputValue('[name=magnify]') === '16', 'the key + does not magnify');
+    await page.keyboard.press('-');
+    verdict.check(await page.inputValue('[name=magnify]') === '8', 'the key - does not magnify less');
     await page.keyboard.press('Escape');
-    verdict.check(!await isLooking(page, 0), 'Escape does not close the lens');
+    verdict.check(!await isLooking(page, number), 'Escape does not close the lens');
 }
 
 // The map drawn in the page is the one in the folder.
@@ -176,6 +186,10 @@ async function checkLooks(browser, verdict) {
             verdict.check(spare <= 0, `${name}: ${spare} pixels too wide`);
             await page.locator('.tiles').first().evaluate((tiles) => tiles.scrollIntoView());
             await page.screenshot({ path: path.join(folder, `${name}-tiles.png`) });
+            for (let view = 0; view < real.length; view++) {
+                await page.locator('.view').nth(2 + view).evaluate((section) => section.scrollIntoView());
+                await page.screenshot({ path: path.join(folder, `${name}-${path.basename(path.dirname(real[view][0]))}.png`) });
+            }
         }
         if (name === 'light')
             await page.pdf({ path: path.join(folder, 'print.pdf'), format: 'A4' });
@@ -195,8 +209,10 @@ if (verdict.check(made.status === 0, `compare: ${made.signal ?? made.status} ${m
         const page = await open(browser, verdict, 'page', { viewport: wide });
         await checkContent(page, verdict, results);
         await checkPlots(page, verdict);
-        await checkSplits(page, verdict);
-        await checkLens(page, verdict);
+        for (let view = 0; view < results.views.length; view++) {
+            await checkSplits(page, verdict, view);
+            await checkLens(page, verdict, view);
+        }
         await checkMap(page, verdict, results);
         await page.close();
         await checkLooks(browser, verdict);
