@@ -372,6 +372,29 @@ static void test_wall(void)
     }
 }
 
+/* The bias is a share of the picture's height: under a parallel camera the same from every height,
+ * and at 1 more than all of the wall. */
+static void test_bias(void)
+{
+    struct cranny_scene *scene = new_scene();
+    add_quad(scene, (double[3]){0.13, 0, 500}, (double[3]){0, 0, -1000}, (double[3]){0, -0.001, 0},
+             0);
+    struct cranny_volumes *volumes = volumes_of(scene, true);
+    struct cranny_volumes_params params = params_of(1);
+    double seen[3];
+    for (int k = 0; k < 3; k++) {
+        static const double depths[3] = {0.1, 1, 100};
+        params.bias = 0.25f; /* of 2 mm */
+        seen[k] = visibility_at(volumes, &params, depths[k] - 0.001, depths[k]);
+        CHECK_NEAR(seen[k], seen[0], 1e-7);
+        params.bias = 1;
+        CHECK_NEAR(visibility_at(volumes, &params, depths[k] - 0.001, depths[k]), 1, 0);
+    }
+    CHECK(seen[0] < 1);
+    cranny_volumes_destroy(&volumes);
+    cranny_scene_destroy(&scene);
+}
+
 /* A ceiling of 1 × 1 m: mirrored instances keep their fronts, and half-covered masks count half. */
 static void test_ceiling(void)
 {
@@ -700,6 +723,7 @@ int main(int argc, char **argv)
     test_same_bits();
     test_plane_is_open();
     test_wall();
+    test_bias();
     test_ceiling();
     test_scales();
     test_hostile();

@@ -26,6 +26,6 @@ bool frame_point(const struct volume_frame *f, int x, int y, struct volume_point
         if (!(fabs(point->position[i]) < 1e30))
             return false;
     }
-    point->depth = c->depth[at];
+    point->w = (float)w;
     return true;
 }

@@ -16,6 +16,7 @@ struct volume_frame {
     double scale_x, shift_x, scale_y, shift_y; /* pixel (x, y) of the viewport to view space */
     const double *world_from_view;
     float delta;      /* metres */
+    float bias;       /* metres for each one of view-space w: of depth, or 1 (orthographic) */
     float rise_least; /* metres: what floats lose in a scene of this size */
     int threads;
     struct watch *watch;
@@ -25,7 +26,7 @@ struct volume_frame {
 struct volume_point {
     double position[3]; /* world, relative to the volumes' centre */
     float normal[3];    /* world, unit */
-    float depth;
+    float w;            /* what projects it: its depth; 1 under an orthographic camera */
 };
 
 /* The point that a pixel of the viewport shows; false: sky. (frame.c) */

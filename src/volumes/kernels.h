@@ -32,7 +32,7 @@ struct tile {
     _Alignas(64) float occlusion[TILE]; /* sum; with CRANNY_COMBINE_PRODUCT: 1 − the product */
     _Alignas(64) float bounds[BOUND_COUNT][TILE_BLOCKS]; /* of blocks; unused ones meet nothing */
     float all[BOUND_COUNT];                              /* of the tile */
-    uint64_t tested, evaluated;
+    uint64_t tested, evaluated, pairs;
     bool product;
 };
 

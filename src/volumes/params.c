@@ -15,8 +15,9 @@ static const struct cranny_param rows[] = {
          "reach of the volumes as a share of radius_world: their falloff is steeper than a line"),
     REAL(intensity, "", 0, 100, 1, "factor on the occlusion"),
     REAL(contrast, "", 0.05, 20, 1, "exponent on the visibility"),
-    REAL(bias, "m/m", 0, 1, 2e-5,
-         "height over the tangent plane under which nothing occludes, for each metre of depth"),
+    REAL(bias, "heights", 0, 1, 2e-5,
+         "height over the tangent plane under which nothing occludes, as a share of what the "
+         "picture's height spans at that depth"),
     CHOICE(faces, faces_names, CRANNY_FACES_MATERIAL,
            "sides of polygons that occlude: the front, the back too where the material is "
            "double-sided, or always both"),

@@ -63,6 +63,7 @@ static void place_frame(struct volume_frame *frame, const struct cranny_gbuffer 
     frame->shift_y = (double)p->top + frame->scale_y * (double)place[1];
     frame->world_from_view = gbuffer->world_from_view;
     frame->delta = frame->params->delta_scale * frame->params->radius_world;
+    frame->bias = frame->params->bias * (p->top - p->bottom);
     frame->rise_least = 2e-7f * frame->volumes->half_size;
 }
 

@@ -1,7 +1,7 @@
 /* Sparse sampling: one pixel in spacing × spacing, and the others from the 5 × 5 samples around
  * them within their surface (McGuire 2009, §3.2). Beyond the paper, pixels that no sample fits are
  * done exactly (`refine`): thin things and far small ones keep their own occlusion. */
-#include "volumes/frame.h"
+#include "volumes/group.h"
 
 #include <omp.h>
 
@@ -9,6 +9,7 @@
  * nearest one's weight, under which it is done exactly. */
 #define DEVIATION 0.7f
 #define LEAST_WEIGHT 0.15f
+#define TURN 0.5f /* of δ: how far apart points count that face 60° apart */
 #define INVERSE_LN2 1.44269504f
 
 struct grid {
@@ -17,6 +18,7 @@ struct grid {
     float *samples; /* visibility; −1 for sky */
     uint8_t *rough; /* pixels that need refinement */
     float *values;
+    struct group_point *points; /* GROUP_MAX */
 };
 
 static struct pixel sample_pixel(const struct grid *g, int column, int row)
@@ -37,30 +39,6 @@ static bool is_sky(const struct grid *g, struct pixel p)
     return g->frame->canvas.depth[canvas_at(g, p)] > SKY_LIMIT;
 }
 
-static void render_samples(const struct grid *g, struct tile_work *work)
-{
-    const int columns = (g->columns + 15) / 16, rows = (g->rows + 15) / 16;
-#pragma omp parallel for schedule(dynamic) num_threads(g->frame->threads)
-    for (int t = 0; t < columns * rows; t++) {
-        struct pixel pixels[TILE], cells[TILE];
-        float out[TILE];
-        if (!watch_goes_on(g->frame->watch))
-            continue;
-        for (int i = 0; i < TILE; i++) {
-            const struct pixel p = tile_place(i);
-            cells[i] = (struct pixel){t % columns * 16 + p.x, t / columns * 16 + p.y};
-            const bool in = cells[i].x < g->columns && cells[i].y < g->rows;
-            pixels[i] = in ? sample_pixel(g, cells[i].x, cells[i].y) : (struct pixel){-1, 0};
-        }
-        tile_render(g->frame, &work[omp_get_thread_num()], pixels, out);
-        for (int i = 0; i < TILE; i++)
-            if (pixels[i].x >= 0)
-                g->samples[(size_t)cells[i].y * (size_t)g->columns + (size_t)cells[i].x] =
-                    is_sky(g, pixels[i]) ? -1 : out[i];
-        watch_advance(g->frame->watch, 1);
-    }
-}
-
 /* View space, in units of δ: floats are enough to tell surfaces apart. */
 static void view_point(const struct grid *g, struct pixel p, float position[3], float normal[3])
 {
@@ -73,6 +51,53 @@ static void view_point(const struct grid *g, struct pixel p, float position[3], 
     position[2] = -depth;
     for (int k = 0; k < 3; k++)
         normal[k] = f->canvas.normal[k][at];
+}
+
+static void add_point(const struct grid *g, struct pixel p, uint32_t to, struct group_point *point)
+{
+    *point = (struct group_point){.pixel = p, .to = to};
+    view_point(g, p, point->at, point->at + 3);
+    for (int k = 0; k < 3; k++)
+        point->at[3 + k] *= TURN;
+}
+
+/* Values of the points, into `values` where each of them says. */
+static void render_points(const struct grid *g, struct tile_work *work, struct group_point *points,
+                          int count, float *values)
+{
+    group_points(points, count, g->frame->threads);
+#pragma omp parallel for schedule(dynamic) num_threads(g->frame->threads)
+    for (int t = 0; t < (count + TILE - 1) / TILE; t++) {
+        const struct group_point *from = points + (ptrdiff_t)t * TILE;
+        const int here = min_int(TILE, count - t * TILE);
+        struct pixel pixels[TILE];
+        float out[TILE];
+        if (!watch_goes_on(g->frame->watch))
+            continue;
+        for (int i = 0; i < TILE; i++)
+            pixels[i] = i < here ? from[i].pixel : (struct pixel){-1, 0};
+        tile_render(g->frame, &work[omp_get_thread_num()], pixels, out);
+        for (int i = 0; i < here; i++)
+            values[from[i].to] = out[i];
+        watch_advance(g->frame->watch, 1);
+    }
+}
+
+static void render_samples(const struct grid *g, struct tile_work *work)
+{
+    int count = 0;
+    for (int row = 0; row < g->rows; row++)
+        for (int column = 0; column < g->columns; column++) {
+            const struct pixel p = sample_pixel(g, column, row);
+            const uint32_t to = (uint32_t)row * (uint32_t)g->columns + (uint32_t)column;
+            g->samples[to] = -1;
+            if (!is_sky(g, p))
+                add_point(g, p, to, &g->points[count++]);
+            if (count < GROUP_MAX && (row + 1 < g->rows || column + 1 < g->columns))
+                continue;
+            render_points(g, work, g->points, count, g->samples);
+            count = 0;
+        }
 }
 
 static void gather_taps(const struct grid *g, int column, int row, struct sparse_cell *cell)
@@ -148,41 +173,22 @@ static void fill_cells(const struct grid *g, struct tile_work *work)
     }
 }
 
-/* A tile's pixels in need, side by side in blocks. Returns how many there are. */
-static int rough_pixels(const struct grid *g, int x0, int y0, struct pixel *pixels)
-{
-    const int width = g->frame->viewport.width, height = g->frame->viewport.height;
-    int count = 0;
-    for (int i = 0; i < TILE; i++) {
-        const struct pixel place = tile_place(i), p = {x0 + place.x, y0 + place.y};
-        if (p.x < width && p.y < height && g->rough[(size_t)p.y * (size_t)width + (size_t)p.x])
-            pixels[count++] = p;
-    }
-    for (int i = count; i < TILE; i++)
-        pixels[i] = (struct pixel){-1, 0};
-    return count;
-}
-
 static void refine(const struct grid *g, struct tile_work *work)
 {
-    const int width = g->frame->viewport.width, height = g->frame->viewport.height;
-    const int columns = (width + 15) / 16, rows = (height + 15) / 16;
-    uint64_t refined = 0;
-#pragma omp parallel for schedule(dynamic) num_threads(g->frame->threads) reduction(+ : refined)
-    for (int t = 0; t < columns * rows; t++) {
-        struct pixel pixels[TILE];
-        float out[TILE];
-        if (!watch_goes_on(g->frame->watch))
+    const size_t width = (size_t)g->frame->viewport.width;
+    const size_t pixels = width * (size_t)g->frame->viewport.height;
+    int count = 0;
+    for (size_t i = 0; i < pixels; i++) {
+        if (g->rough[i]) {
+            const struct pixel p = {(int)(i % width), (int)(i / width)};
+            add_point(g, p, (uint32_t)i, &g->points[count++]);
+        }
+        if (count < GROUP_MAX && i + 1 < pixels)
             continue;
-        const int count = rough_pixels(g, t % columns * 16, t / columns * 16, pixels);
-        refined += (uint64_t)count;
-        if (count == 0)
-            continue;
-        tile_render(g->frame, &work[omp_get_thread_num()], pixels, out);
-        for (int i = 0; i < count; i++)
-            g->values[(size_t)pixels[i].y * (size_t)width + (size_t)pixels[i].x] = out[i];
+        render_points(g, work, g->points, count, g->values);
+        g->frame->counts->refined += (uint64_t)count;
+        count = 0;
     }
-    g->frame->counts->refined += refined;
 }
 
 enum cranny_status render_sparse(const struct volume_frame *frame, struct tile_work *work,
@@ -197,7 +203,8 @@ enum cranny_status render_sparse(const struct volume_frame *frame, struct tile_w
                      .values = values};
     g.samples = alloc_array((size_t)g.columns * (size_t)g.rows, sizeof *g.samples);
     g.rough = alloc_array(pixels, 1);
-    const bool ready = g.samples && g.rough;
+    g.points = alloc_array(GROUP_MAX, sizeof *g.points);
+    const bool ready = g.samples && g.rough && g.points;
     if (ready) {
         for (size_t i = 0; i < pixels; i++)
             values[i] = 1;
@@ -210,5 +217,6 @@ enum cranny_status render_sparse(const struct volume_frame *frame, struct tile_w
     }
     free(g.samples);
     free(g.rough);
+    free(g.points);
     return ready ? CRANNY_OK : fail_memory(why, "volumes");
 }

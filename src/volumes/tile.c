@@ -32,7 +32,7 @@ static void place_point(const struct volume_frame *frame, const struct origin *o
             (float)((point->position[k] - (double)origin->place[k]) * (double)origin->inverse);
         tile->normal[k][slot] = point->normal[k];
     }
-    tile->rise[slot] = (frame->params->bias * point->depth + frame->rise_least) * origin->inverse;
+    tile->rise[slot] = (frame->bias * point->w + frame->rise_least) * origin->inverse;
 }
 
 /* Places of no pixel take a neighbour's point, for bounds and vectors to have numbers. */
