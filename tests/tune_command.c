@@ -8,8 +8,9 @@
 static json_t *fit(const char *method, const char *option, const char *value, const char *option_2,
                    const char *value_2)
 {
-    struct result result = run("tune", "view.gltf", SMALL, "--json", "-q", "--method", method,
-                               option, value, option_2, value_2, NULL);
+    struct result result =
+        run("tune", "view.gltf", SMALL, "--view", "0", "--view", "side=3,2,3:0.3,0.3,0.3", "--json",
+            "-q", "--method", method, option, value, option_2, value_2, NULL);
     return take_json(&result, 0);
 }
 
@@ -27,7 +28,7 @@ static void test_usage(void)
         {"--method: name the method", {"-q"}},
         {"'hba' is none of: ssao", {"--method", "hba"}},
         {"raytrace: is the truth", {"--method", "raytrace"}},
-        {"-o: ", {"--method", "hbao", "-o", "preset.txt"}},
+        {"preset.txt: -o takes", {"--method", "hbao", "-o", "preset.txt"}},
         {"no parameter 'intensty'; did you mean 'intensity'?",
          {"--method", "hbao", "--fit", "intensty"}},
         {"intensity is named twice", {"--method", "hbao", "--fit", "intensity,intensity"}},
