@@ -158,13 +158,8 @@ static enum cranny_status add_view(void *user, struct sight sight, struct cranny
 {
     const struct finder *finder = user;
     struct compare *compare = finder->compare;
-    if (compare->view_count == compare->view_room && compare->view_count < VIEW_LIMIT) {
-        const size_t room = 2 * compare->view_room + 4;
-        void *more = realloc(compare->views, room * sizeof *compare->views);
-        compare->views = more ? more : compare->views;
-        compare->view_room = more ? room : compare->view_room;
-    }
-    if (compare->view_count == compare->view_room) {
+    if (!views_grow((void **)&compare->views, compare->view_count, &compare->view_room,
+                    sizeof *compare->views)) {
         sight_free(&sight);
         return refuse(why, CRANNY_MEMORY, "more views than fit");
     }

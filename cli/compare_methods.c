@@ -23,19 +23,10 @@ struct stage {
     uint8_t *map;
 };
 
-static bool goes_on(void *user, const char *stage, double done, double total)
-{
-    (void)user;
-    (void)stage;
-    (void)done;
-    (void)total;
-    return !ui_interrupted();
-}
-
 /* Its own progress would only flicker. */
 static struct cranny_hooks quiet_hooks(const struct compare *compare)
 {
-    return (struct cranny_hooks){compare->ui.hooks.user, compare->ui.hooks.log, goes_on};
+    return (struct cranny_hooks){compare->ui.hooks.user, compare->ui.hooks.log, ui_goes_on};
 }
 
 static struct cranny_raytrace_params truth_params(const struct stage *stage)

@@ -178,22 +178,13 @@ static enum cranny_status check_options(struct tune *tune, struct cranny_error *
     return status;
 }
 
-static bool goes_on(void *user, const char *stage, double done, double total)
-{
-    (void)user;
-    (void)stage;
-    (void)done;
-    (void)total;
-    return !ui_interrupted();
-}
-
 /* The method's own progress would only flicker. */
 static enum cranny_status draw(void *user, size_t number, const void *params, float *visibility,
                                struct cranny_error *why)
 {
     struct tune *tune = user;
     const struct tune_view *view = &tune->views[number];
-    const struct cranny_hooks quiet = {NULL, NULL, goes_on};
+    const struct cranny_hooks quiet = {NULL, NULL, ui_goes_on};
     struct method_input input = {.gbuffer = view->gbuffer};
     struct method_report report;
     union method_params own;

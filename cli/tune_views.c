@@ -35,13 +35,8 @@ static void free_view(struct tune_view *view)
 static enum cranny_status add_view(struct tune *tune, size_t scene, struct sight sight,
                                    struct cranny_error *why)
 {
-    if (tune->view_count == tune->view_room && tune->view_count < VIEW_LIMIT) {
-        const size_t room = 2 * tune->view_room + 4;
-        void *more = realloc(tune->views, room * sizeof *tune->views);
-        tune->views = more ? more : tune->views;
-        tune->view_room = more ? room : tune->view_room;
-    }
-    if (tune->view_count == tune->view_room) {
+    if (!views_grow((void **)&tune->views, tune->view_count, &tune->view_room,
+                    sizeof *tune->views)) {
         sight_free(&sight);
         return refuse(why, CRANNY_MEMORY, "more views than fit");
     }

@@ -120,6 +120,17 @@ static double radius_of(const struct views_task *task)
     return radius;
 }
 
+bool views_grow(void **views, size_t count, size_t *room, size_t size)
+{
+    if (count == *room && count < VIEW_LIMIT) {
+        const size_t wanted = 2 * *room + 4;
+        void *more = realloc(*views, wanted * size);
+        *views = more ? more : *views;
+        *room = more ? wanted : *room;
+    }
+    return count < *room && count < VIEW_LIMIT;
+}
+
 void sight_free(struct sight *sight)
 {
     free(sight->camera);

@@ -35,6 +35,10 @@ struct sight {
 };
 void sight_free(struct sight *sight);
 
+/* Make room for one more of `size` bytes after `count` of them; false when there are VIEW_LIMIT, or
+ * no memory. */
+bool views_grow(void **views, size_t count, size_t *room, size_t size);
+
 /* Take a sight over, also when it fails. */
 typedef enum cranny_status views_take(void *user, struct sight sight, struct cranny_error *why);
 
