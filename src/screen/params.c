@@ -199,33 +199,40 @@ struct setting {
 static const struct setting ssao_paper[] = {
     {"kernel", "screen"}, {"curve", "true"}, {"cosine", "false"},    {"border", "clamp"},
     {"samples", "16"},    {"filter", "box"}, {"rotation", "matrix"}, {"intensity", "1"},
-    {"contrast", "1"},    {"bias", "0"},     {NULL, NULL},
+    {"contrast", "1"},    {"bias", "0"},     {"radius_scale", "1"},  {"thickness", "0.35"},
+    {NULL, NULL},
 };
 
 static const struct setting hbao_paper[] = {
-    {"cosine", "false"},  {"falloff", "quadratic"}, {"border", "clamp"},    {"normals", "face"},
-    {"directions", "4"},  {"steps", "4"},           {"intensity", "1"},     {"contrast", "1"},
-    {"angle_bias", "10"}, {"resolution", "half"},   {"filter_radius", "4"}, {"spread", "false"},
-    {NULL, NULL},
+    {"cosine", "false"},    {"falloff", "quadratic"},
+    {"border", "clamp"},    {"normals", "face"},
+    {"directions", "4"},    {"steps", "4"},
+    {"intensity", "1"},     {"contrast", "1"},
+    {"angle_bias", "10"},   {"resolution", "half"},
+    {"filter_radius", "4"}, {"spread", "false"},
+    {"radius_scale", "1"},  {NULL, NULL},
 };
 
 static const struct setting crease_paper[] = {
-    {"kernel", "screen"}, {"minimum_crease", "0.3"}, {"crease_scale", "0.25"},
-    {"averager", "10"},   {"falloff", "linear"},     {"border", "clamp"},
-    {"noise", "none"},    {"filter", "bloom"},       {"edge_bloom", "false"},
-    {"intensity", "1"},   {"contrast", "1"},         {"bias", "0"},
-    {NULL, NULL},
+    {"kernel", "screen"},     {"minimum_crease", "0.3"},
+    {"crease_scale", "0.25"}, {"averager", "10"},
+    {"falloff", "linear"},    {"border", "clamp"},
+    {"noise", "none"},        {"filter", "bloom"},
+    {"edge_bloom", "false"},  {"intensity", "1"},
+    {"contrast", "1"},        {"bias", "0"},
+    {"radius_scale", "1"},    {NULL, NULL},
 };
 
 static const struct setting alchemy_paper[] = {
-    {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"}, {"border", "clamp"},
-    {"bias", "8.7e-5"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
-    {"filter_radius", "6"}, {"epsilon", "0.0004"}, {NULL, NULL},
+    {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"},     {"border", "clamp"},
+    {"bias", "8.7e-5"},     {"intensity", "1"},    {"contrast", "1"},     {"samples", "12"},
+    {"filter_radius", "6"}, {"epsilon", "0.0004"}, {"radius_scale", "1"}, {NULL, NULL},
 };
 
 static const struct setting raymarch_paper[] = {
-    {"cosine", "false"}, {"falloff", "quadratic"}, {"border", "clamp"}, {"normals", "face"},
-    {"intensity", "1"},  {"contrast", "1"},        {"spread", "false"}, {NULL, NULL},
+    {"cosine", "false"},   {"falloff", "quadratic"}, {"border", "clamp"}, {"normals", "face"},
+    {"intensity", "1"},    {"contrast", "1"},        {"spread", "false"}, {"bias", "0.0002"},
+    {"radius_scale", "1"}, {"thickness", "1"},       {NULL, NULL},
 };
 
 static const struct setting *const papers[CRANNY_METHOD_COUNT] = {
