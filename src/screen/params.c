@@ -77,9 +77,9 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
-    SCALE(1),
-    INTENSITY(2),
-    CONTRAST(1),
+    SCALE(0.77),
+    INTENSITY(0.69),
+    CONTRAST(3.35),
     BIAS(0.0002),
     SAMPLES(64, 16),
     KERNEL(CRANNY_KERNEL_WORLD),
@@ -94,7 +94,7 @@ static const struct cranny_param ssao_rows[] = {
     SPREAD(1),
     REAL(range_default, "", 0, 1, 0.5,
          "screen kernel: what a sample counts whose surface is far in front"),
-    THICKNESS(0.35),
+    THICKNESS(0.4),
     SWITCH(curve, 0, "screen kernel: the published amplification a^2 + a"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
@@ -103,9 +103,9 @@ static const struct cranny_param ssao_rows[] = {
 
 static const struct cranny_param hbao_rows[] = {
     RADIUS,
-    SCALE(1),
-    INTENSITY(1.4),
-    CONTRAST(1),
+    SCALE(1.15),
+    INTENSITY(0.9),
+    CONTRAST(1.67),
     DIRECTIONS(64, 4),
     STEPS(4),
     FITTED(angle_bias, "degrees", 0, 89, 2, 2, "angle over the tangent plane that does not count"),
@@ -120,9 +120,9 @@ static const struct cranny_param hbao_rows[] = {
 
 static const struct cranny_param crease_rows[] = {
     RADIUS,
-    SCALE(1),
-    INTENSITY(1),
-    CONTRAST(1),
+    SCALE(1.2),
+    INTENSITY(0.5),
+    CONTRAST(1.96),
     BIAS(0.0002),
     KERNEL(CRANNY_KERNEL_WORLD),
     LIMIT(1),
@@ -145,9 +145,9 @@ static const struct cranny_param crease_rows[] = {
 
 static const struct cranny_param alchemy_rows[] = {
     RADIUS,
-    SCALE(1),
-    INTENSITY(1),
-    CONTRAST(1),
+    SCALE(1.8),
+    INTENSITY(0.5),
+    CONTRAST(1.55),
     BIAS(0.0002),
     SAMPLES(256, 12),
     WHOLE(bands, "bands", 1, 8, 3, "steps in which far surfaces get fewer samples"),
