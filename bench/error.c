@@ -6,6 +6,7 @@
  * [--markdown]
  * --cache keeps truths between runs; --images writes pictures and signed error maps; --brief prints
  * one line: the mean errors of the filtered pictures. */
+#include "../cli/method.h"
 #include "views.h"
 
 #include <math.h>
@@ -14,6 +15,9 @@
 #include <string.h>
 
 enum { SET_MAX = 32, PRESETS = 2 };
+
+/* All but the truth's own method, which comes last. */
+enum { ROWS = METHOD_COUNT - 1 };
 
 struct options {
     int width, height, rays;
@@ -56,37 +60,57 @@ static enum cranny_status save_images(const struct view *view, const struct opti
     return status;
 }
 
-static enum cranny_status measure(const struct cranny_gbuffer *gbuffer, const struct view *view,
-                                  const struct options *o, enum cranny_method method,
-                                  const char *preset, const float *truth, float *picture,
-                                  struct cell *cell, struct cranny_error *why)
+static bool has_row(const struct cranny_param_table *table, const char *name)
 {
-    struct cranny_screen_params params = cranny_screen_params_preset(method, preset);
-    struct cranny_screen_report report;
-    params.radius_world = view->radius_world;
-    params.report = &report;
+    char text[64];
+    return cranny_params_get(table, &(union method_params){0}, name, text, sizeof text) > 0;
+}
+
+/* One picture into a cell's filtered (0) or raw (1) half. */
+static enum cranny_status measure_once(const struct method *method,
+                                       const struct method_input *input,
+                                       const union method_params *params,
+                                       struct method_state *state, const struct options *o,
+                                       const float *truth, float *picture, struct cell *cell,
+                                       int raw, struct cranny_error *why)
+{
+    struct method_report report;
+    struct cranny_difference d;
+    enum cranny_status status = method_run(method, input, params, state, picture, &report, why);
+    if (status == CRANNY_OK)
+        status = cranny_difference_measure(o->width, o->height, picture, 0, truth, 0, &d, why);
+    if (status != CRANNY_OK)
+        return status;
+    cell->sum[raw] += d.error;
+    cell->rmse[raw] += d.rmse;
+    cell->mean[raw] += d.mean;
+    if (!raw)
+        cell->ms += report.total_ms;
+    return CRANNY_OK;
+}
+
+/* Methods without a filter have one picture for both halves. */
+static enum cranny_status measure(const struct method_input *input, struct method_state *state,
+                                  const struct view *view, const struct options *o,
+                                  const struct method *method, const char *preset,
+                                  const float *truth, float *picture, struct cell *cell,
+                                  struct cranny_error *why)
+{
+    const struct cranny_param_table *table = method_table(method);
+    union method_params params;
     enum cranny_status status = CRANNY_OK;
+    method_params_preset(method, preset, &params);
+    *method_fields(method, &params).radius_world = view->radius_world;
     for (int i = 0; i < o->set_count && status == CRANNY_OK; i++)
-        status = cranny_params_set(cranny_screen_param_table(method), &params, o->names[i],
-                                   o->values[i], why);
-    const int filter = params.filter;
+        status = cranny_params_set(table, &params, o->names[i], o->values[i], why);
     for (int raw = 0; raw < 2 && status == CRANNY_OK; raw++) {
-        struct cranny_difference d;
-        params.filter = raw ? CRANNY_FILTER_NONE : filter;
-        status = cranny_screen_render(gbuffer, &params, picture, 0, why);
-        if (status == CRANNY_OK)
-            status = cranny_difference_measure(o->width, o->height, picture, 0, truth, 0, &d, why);
-        if (status != CRANNY_OK)
-            break;
-        cell->sum[raw] += d.error;
-        cell->rmse[raw] += d.rmse;
-        cell->mean[raw] += d.mean;
-        if (!raw)
-            cell->ms += report.total_ms;
         char label[64];
-        snprintf(label, sizeof label, "%s-%s%s", cranny_method_name(method), preset,
-                 raw ? "-raw" : "");
-        if (o->images)
+        if (raw && has_row(table, "filter"))
+            status = cranny_params_set(table, &params, "filter", "none", why);
+        if (status == CRANNY_OK)
+            status = measure_once(method, input, &params, state, o, truth, picture, cell, raw, why);
+        snprintf(label, sizeof label, "%s-%s%s", method->name, preset, raw ? "-raw" : "");
+        if (status == CRANNY_OK && o->images)
             status = save_images(view, o, label, picture, truth, why);
     }
     cell->count++;
@@ -94,48 +118,50 @@ static enum cranny_status measure(const struct cranny_gbuffer *gbuffer, const st
 }
 
 static enum cranny_status run_view(const struct view *view, struct view_stage *stage,
-                                   const struct options *o,
-                                   struct cell cells[CRANNY_METHOD_COUNT][PRESETS],
+                                   const struct options *o, struct cell cells[ROWS][PRESETS],
                                    struct cranny_error *why)
 {
     struct view_sight sight;
+    struct method_state state = {0};
     float *picture = malloc((size_t)o->width * (size_t)o->height * sizeof *picture);
     enum cranny_status status =
         view_see(stage, view, o->width, o->height, o->rays, o->cache, &sight, why);
     if (status == CRANNY_OK && o->images)
         status = save_images(view, o, "truth", sight.truth, sight.truth, why);
-    for (int m = 0; m < CRANNY_METHOD_COUNT && status == CRANNY_OK && picture; m++) {
-        if (o->method && strcmp(o->method, cranny_method_name((enum cranny_method)m)) != 0)
+    const struct method_input input = {stage->scene, sight.frame, sight.gbuffer};
+    for (int m = 0; m < ROWS && status == CRANNY_OK && picture; m++) {
+        if (o->method && strcmp(o->method, methods[m].name) != 0)
             continue;
         for (int k = 0; k < PRESETS && status == CRANNY_OK; k++)
             if (!o->preset || strcmp(o->preset, presets[k]) == 0)
-                status = measure(&sight.gbuffer, view, o, (enum cranny_method)m, presets[k],
-                                 sight.truth, picture, &cells[m][k], why);
+                status = measure(&input, &state, view, o, &methods[m], presets[k], sight.truth,
+                                 picture, &cells[m][k], why);
     }
+    method_state_free(&state);
     view_sight_free(&sight);
     free(picture);
     return status;
 }
 
-static void print_lines(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS])
+static void print_lines(const char *title, struct cell cells[ROWS][PRESETS])
 {
-    for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
+    for (int m = 0; m < ROWS; m++)
         for (int k = 0; k < PRESETS; k++) {
             const struct cell *c = &cells[m][k];
             const double n = c->count;
             if (c->count)
                 printf("%-16s %-9s %-10s %7.3f %7.3f  rmse %.4f %.4f  bias %+.4f  %6.1f ms\n",
-                       title, cranny_method_name((enum cranny_method)m), presets[k], c->sum[1] / n,
-                       c->sum[0] / n, c->rmse[1] / n, c->rmse[0] / n, c->mean[0] / n, c->ms / n);
+                       title, methods[m].name, presets[k], c->sum[1] / n, c->sum[0] / n,
+                       c->rmse[1] / n, c->rmse[0] / n, c->mean[0] / n, c->ms / n);
         }
 }
 
 /* A row a preset: each method's error raw and filtered, and in brackets the filtered rmse. */
-static void print_rows(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS])
+static void print_rows(const char *title, struct cell cells[ROWS][PRESETS])
 {
     for (int k = 0; k < PRESETS; k++) {
         printf("| %s | %s |", title, presets[k]);
-        for (int m = 0; m < CRANNY_METHOD_COUNT; m++) {
+        for (int m = 0; m < ROWS; m++) {
             const struct cell *c = &cells[m][k];
             if (c->count)
                 printf(" %.2f → %.2f (%.3f) |", c->sum[1] / c->count, c->sum[0] / c->count,
@@ -147,7 +173,7 @@ static void print_rows(const char *title, struct cell cells[CRANNY_METHOD_COUNT]
     }
 }
 
-static void print_cells(const char *title, struct cell cells[CRANNY_METHOD_COUNT][PRESETS],
+static void print_cells(const char *title, struct cell cells[ROWS][PRESETS],
                         const struct options *o)
 {
     if (o->markdown)
@@ -159,18 +185,17 @@ static void print_cells(const char *title, struct cell cells[CRANNY_METHOD_COUNT
 static void print_head(void)
 {
     printf("| view | preset |");
-    for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
-        printf(" %s |", cranny_method_name((enum cranny_method)m));
+    for (int m = 0; m < ROWS; m++)
+        printf(" %s |", methods[m].name);
     printf("\n|---|---|");
-    for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
+    for (int m = 0; m < ROWS; m++)
         printf("---|");
     printf("\n");
 }
 
-static void add_cells(struct cell to[CRANNY_METHOD_COUNT][PRESETS],
-                      struct cell from[CRANNY_METHOD_COUNT][PRESETS])
+static void add_cells(struct cell to[ROWS][PRESETS], struct cell from[ROWS][PRESETS])
 {
-    for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
+    for (int m = 0; m < ROWS; m++)
         for (int k = 0; k < PRESETS; k++) {
             struct cell *t = &to[m][k];
             const struct cell *f = &from[m][k];
@@ -234,7 +259,7 @@ int main(int argc, char **argv)
         return 2;
     }
     struct view_stage stage = {0};
-    struct cell all[CRANNY_METHOD_COUNT][PRESETS] = {0};
+    struct cell all[ROWS][PRESETS] = {0};
     struct cranny_error why = {0};
     enum cranny_status status = CRANNY_OK;
     int seen = 0;
@@ -250,7 +275,7 @@ int main(int argc, char **argv)
             continue;
         }
         free(path);
-        struct cell cells[CRANNY_METHOD_COUNT][PRESETS] = {0};
+        struct cell cells[ROWS][PRESETS] = {0};
         status = run_view(&views[v], &stage, &o, cells, &why);
         char title[64];
         snprintf(title, sizeof title, "%s %s", views[v].scene, views[v].name);

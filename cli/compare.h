@@ -17,6 +17,7 @@ struct compare_options {
 struct compare_method {
     const struct method *method;
     char label[64];               /* what it is called: a preset's name, or what differs from it */
+    int file;                     /* which of the files of --preset, from 1; 0: none */
     const char *preset, *setting; /* of --preset and --set; NULL: none */
     const char *device;
     bool series; /* one of steps of one quality */
@@ -61,6 +62,7 @@ struct compare {
 
     struct compare_method methods[COMPARE_METHOD_LIMIT];
     size_t method_count;
+    int file_count; /* of the rows out of files */
 
     char *folder, *work, *cache; /* owned; `work` is in the folder while there is work */
     bool made_folder, made_cache;

@@ -134,6 +134,7 @@ static enum cranny_status list_file(struct compare *compare, const char *path,
     if (!row)
         return refuse(why, CRANNY_USAGE, "--preset: more than %d rows", COMPARE_METHOD_LIMIT);
     row->preset = path;
+    row->file = ++compare->file_count;
     row->params = params;
     return CRANNY_OK;
 }

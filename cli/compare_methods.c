@@ -101,19 +101,27 @@ static enum cranny_status run_row(struct stage *stage, struct compare_trial *tri
 }
 
 /* A file's name out of any words: letters, digits and a few signs. */
-static char *picture_name(const struct stage *stage, const char *what, const char *preset,
-                          const char *ending)
+static char *picture_name(const struct stage *stage, const char *what, const char *ending)
 {
     const char *slash = strrchr(stage->view->scene, '/');
     const char *scene = slash ? slash + 1 : stage->view->scene;
     const char *dot = strrchr(scene, '.');
     const int stem = (int)(dot && dot != scene ? dot - scene : (long)strlen(scene));
-    char *name = text_of_format("%03zu-%.*s-%s%s%s%s", stage->number, stem < 60 ? stem : 60, scene,
-                                what, *preset ? "-" : "", preset, ending);
+    char *name = text_of_format("%03zu-%.*s-%s%s", stage->number, stem < 60 ? stem : 60, scene,
+                                what, ending);
     for (char *c = name; c && *c; c++)
         if (!isalnum((unsigned char)*c) && !strchr("._-", *c))
             *c = '-';
     return name;
+}
+
+/* Files may be named like presets, or like other files but for signs: their number tells apart. */
+static void row_words(const struct compare_method *row, char words[128])
+{
+    char number[16] = "";
+    if (row->file)
+        snprintf(number, sizeof number, "file%d-", row->file);
+    snprintf(words, 128, "%s-%s%s", row->method->name, number, row->label);
 }
 
 /* `cranny render` with what makes the same picture. */
@@ -188,8 +196,10 @@ static enum cranny_status try_row(struct stage *stage, const struct compare_meth
 {
     struct compare_trial *trial = &stage->view->trials[stage->view->trial_count++];
     *trial = (struct compare_trial){.method = row};
-    trial->image = picture_name(stage, row->method->name, row->label, ".png");
-    trial->map = picture_name(stage, row->method->name, row->label, "-error.png");
+    char words[128];
+    row_words(row, words);
+    trial->image = picture_name(stage, words, ".png");
+    trial->map = picture_name(stage, words, "-error.png");
     if (!trial->image || !trial->map)
         return refuse(why, CRANNY_MEMORY, "out of memory for file names");
     trial->command = command_of(stage, row, trial->image);
@@ -234,7 +244,7 @@ static enum cranny_status get_truth(struct stage *stage, struct cranny_error *wh
     view->truth_kept = stage->truth.kept;
     if (!view->truth_kept)
         compare->ui.written = compare->cache;
-    view->image = picture_name(stage, "truth", "", ".png");
+    view->image = picture_name(stage, "truth", ".png");
     if (!view->image)
         return refuse(why, CRANNY_MEMORY, "out of memory for file names");
     char setting[32];

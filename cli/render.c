@@ -245,6 +245,8 @@ static void choose_parameters(struct render *render, struct interface *face)
     face->params = &render->params;
     face->presets = method_presets(method);
     face->apply_preset = method->kind->apply;
+    if (method->kind->needs_scene)
+        face->usage = "SCENE [-o OUT] [OPTION...]";
 }
 
 int command_render(int argc, char **argv)

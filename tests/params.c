@@ -76,10 +76,35 @@ static void test_preset(void)
     CHECK_INT(cranny_params_load(&table, &s, path, &why), CRANNY_INPUT);
 }
 
+/* A file may say which table it is for, and then is for no other. */
+static void test_preset_method(void)
+{
+    static const struct {
+        const char *json;
+        enum cranny_status status;
+    } cases[] = {
+        {"{\"method\": \"sample\", \"radius\": 2.5}", CRANNY_OK},
+        {"{\"radius\": 2.5, \"method\": \"samples\"}", CRANNY_INPUT},
+        {"{\"method\": 7}", CRANNY_INPUT},
+        {"{\"method\": null}", CRANNY_INPUT},
+    };
+    char path[] = "/tmp/cranny-preset-XXXXXX";
+    close(mkstemp(path));
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct sample s;
+        FILE *file = fopen(path, "w");
+        CHECK(file && fputs(cases[i].json, file) >= 0 && fclose(file) == 0);
+        cranny_params_defaults(&table, &s);
+        CHECK_INT(cranny_params_load(&table, &s, path, NULL), cases[i].status);
+    }
+    unlink(path);
+}
+
 int main(void)
 {
     test_round_trip();
     test_refusals();
     test_preset();
+    test_preset_method();
     return check_end("params");
 }

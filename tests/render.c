@@ -77,6 +77,11 @@ static void test_help(void)
     CHECK_TEXT(result.out, "--preset calibrated|paper|FILE.json");
     CHECK(!strstr(result.out, "--thickness"));
     done(&result);
+    result = run("render", "--method", "volumes", "--help", NULL);
+    CHECK_EXIT(result, 0);
+    CHECK_TEXT(result.out, "--delta-scale");
+    CHECK_TEXT(result.out, "--preset calibrated|paper|FILE.json");
+    done(&result);
     result = run("render", "--help", NULL);
     CHECK_EXIT(result, 0);
     CHECK_TEXT(result.out, "--method hbao --help");
@@ -84,6 +89,7 @@ static void test_help(void)
     result = run("render", "--help", "--method=raytrace", NULL);
     CHECK_EXIT(result, 0);
     CHECK_TEXT(result.out, "--error-target");
+    CHECK_TEXT(result.out, "Usage: cranny render --method raytrace SCENE [-o OUT]");
     CHECK(!strstr(result.out, "--preset calibrated"));
     done(&result);
 }

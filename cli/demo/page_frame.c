@@ -132,7 +132,8 @@ static void scores(FILE *out, const struct frame *frame)
 static void maps(FILE *out)
 {
     fputs("<h3>Where they err</h3>\n<p>Red gathers where the occluder is out of sight: seen from "
-          "behind, or hidden. Blue lies around what stands in front of something far.</p>\n"
+          "behind, or hidden. Blue lies around what stands in front of something far; "
+          "where volumes are blue, many polygons overlap.</p>\n"
           "<div class=\"maps\">\n",
           out);
     for (int i = 0; i < FRAME_METHOD_COUNT; i++)
