@@ -8,7 +8,8 @@
 #define CREASE_HEIGHT 720.0f
 /* Alchemy: the spiral's turns for a number of samples; coprime, about its golden part. */
 #define SPIRAL_TURNS 0.381966
-/* Alchemy with samples weighted by solid angle: from bench-fit, so that intensity 1 is the truth.
+/* Alchemy with samples weighted by solid angle: at contrast 1 and intensity 1 the mean is the
+ * truth's.
  */
 #define ALCHEMY_SOLID_ANGLE 1.04f
 
