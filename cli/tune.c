@@ -210,7 +210,7 @@ static enum cranny_status fit(struct tune *tune, struct cranny_error *why)
 {
     const struct cranny_tune_params params = {tune->options.evaluations, &tune->ui.hooks};
     struct cranny_tune_view *views = calloc(tune->view_count, sizeof *views);
-    tune->differences = calloc(tune->view_count, sizeof *tune->differences);
+    tune->changes = calloc(tune->view_count, sizeof *tune->changes);
     const struct cranny_tune_problem problem = {.table = method_table(tune->method),
                                                 .params_size = sizeof tune->params,
                                                 .params = &tune->params,
@@ -220,17 +220,15 @@ static enum cranny_status fit(struct tune *tune, struct cranny_error *why)
                                                 .view_count = tune->view_count,
                                                 .draw = draw,
                                                 .user = tune};
-    enum cranny_status status = views && tune->differences
-                                    ? CRANNY_OK
-                                    : refuse(why, CRANNY_MEMORY, "out of memory for views");
+    enum cranny_status status =
+        views && tune->changes ? CRANNY_OK : refuse(why, CRANNY_MEMORY, "out of memory for views");
     for (size_t v = 0; v < tune->view_count && status == CRANNY_OK; v++)
         views[v] =
             (struct cranny_tune_view){tune->views[v].truth.width, tune->views[v].truth.height,
                                       tune->views[v].truth.visibility,
                                       weight_of(tune, &tune->views[v]), tune->views[v].held_out};
     if (status == CRANNY_OK)
-        status =
-            cranny_tune(&problem, &params, &tune->fitted, &tune->report, tune->differences, why);
+        status = cranny_tune(&problem, &params, &tune->fitted, &tune->report, tune->changes, why);
     free(views);
     return status;
 }
@@ -325,7 +323,7 @@ int command_tune(int argc, char **argv)
     if (tune->made_cache)
         rmdir(tune->options.cache); /* stays when there is something in it */
     free(tune->names);
-    free(tune->differences);
+    free(tune->changes);
     ui_end(&tune->ui);
     free(tune);
     return exit;

@@ -57,7 +57,7 @@ struct tune {
 
     union method_params fitted;
     struct cranny_tune_report report;
-    struct cranny_difference (*differences)[2]; /* a view each; owned */
+    struct cranny_tune_change *changes; /* a view each; owned */
     double total_s;
 };
 

@@ -13,26 +13,30 @@ json_t *tune_preset(const struct tune *tune)
     return preset;
 }
 
+static void add(struct cranny_difference *sum, const struct cranny_difference *d, double factor)
+{
+    sum->error += factor * d->error;
+    sum->rmse += factor * d->rmse;
+    sum->mean += factor * d->mean;
+}
+
 /* The means of a scene's views in a set; how many there are. */
 static size_t scene_means(const struct tune *tune, size_t scene, bool held_out,
-                          struct cranny_difference means[2])
+                          struct cranny_tune_change *means)
 {
     size_t count = 0;
-    means[0] = means[1] = (struct cranny_difference){0};
+    struct cranny_tune_change sums = {0};
     for (size_t v = 0; v < tune->view_count; v++) {
         if (tune->views[v].scene != scene || tune->views[v].held_out != held_out)
             continue;
         count++;
-        for (int when = 0; when < 2; when++) {
-            means[when].error += tune->differences[v][when].error;
-            means[when].rmse += tune->differences[v][when].rmse;
-            means[when].mean += tune->differences[v][when].mean;
-        }
+        add(&sums.before, &tune->changes[v].before, 1);
+        add(&sums.after, &tune->changes[v].after, 1);
     }
-    for (int when = 0; when < 2 && count; when++) {
-        means[when].error /= (double)count;
-        means[when].rmse /= (double)count;
-        means[when].mean /= (double)count;
+    *means = (struct cranny_tune_change){0};
+    if (count) {
+        add(&means->before, &sums.before, 1.0 / (double)count);
+        add(&means->after, &sums.after, 1.0 / (double)count);
     }
     return count;
 }
@@ -59,7 +63,7 @@ static void print_score(const struct cranny_tune_score *score)
 static void print_set(const struct tune *tune, const char *title, bool held_out,
                       const struct cranny_tune_score *before, const struct cranny_tune_score *after)
 {
-    struct cranny_difference means[2];
+    struct cranny_tune_change means;
     const size_t views = count_of(tune, held_out);
     if (!views)
         return;
@@ -67,15 +71,15 @@ static void print_set(const struct tune *tune, const char *title, bool held_out,
     printf("  %-32s  %8s %7s %7s    %8s %7s %7s\n", "scene (views)", "error", "rmse", "mean",
            "error", "rmse", "mean");
     for (size_t i = 0; i < tune->face->operand_count; i++) {
-        const size_t count = scene_means(tune, i, held_out, means);
+        const size_t count = scene_means(tune, i, held_out, &means);
         char name[64];
         if (!count)
             continue;
         snprintf(name, sizeof name, "%.26s (%zu)", views_name(tune->inputs[i]), count);
         printf("  %-32s", name);
-        print_numbers(&means[0]);
+        print_numbers(&means.before);
         printf("  ");
-        print_numbers(&means[1]);
+        print_numbers(&means.after);
         printf("\n");
     }
     printf("  %-32s", "mean");
@@ -125,14 +129,14 @@ static json_t *set_json(const struct tune *tune, bool held_out,
                         const struct cranny_tune_score *after)
 {
     json_t *scenes = json_array();
-    struct cranny_difference means[2];
+    struct cranny_tune_change means;
     for (size_t i = 0; i < tune->face->operand_count; i++) {
-        const size_t count = scene_means(tune, i, held_out, means);
+        const size_t count = scene_means(tune, i, held_out, &means);
         if (count)
-            json_array_append_new(scenes,
-                                  json_pack("{so si so so}", "scene", json_text(tune->inputs[i]),
-                                            "views", (int)count, "before", numbers_json(&means[0]),
-                                            "after", numbers_json(&means[1])));
+            json_array_append_new(scenes, json_pack("{so si so so}", "scene",
+                                                    json_text(tune->inputs[i]), "views", (int)count,
+                                                    "before", numbers_json(&means.before), "after",
+                                                    numbers_json(&means.after)));
     }
     return json_pack("{si so so so}", "views", (int)count_of(tune, held_out), "before",
                      score_json(before), "after", score_json(after), "scenes", scenes);
@@ -144,8 +148,8 @@ static json_t *view_json(const struct tune *tune, size_t number)
     return json_pack("{so so so sb sb so so}", "scene", json_text(tune->inputs[view->scene]),
                      "camera", json_text(view->sight.camera), "radius_world",
                      json_number(view->sight.radius_world), "held_out", view->held_out, "cached",
-                     view->truth.kept, "before", numbers_json(&tune->differences[number][0]),
-                     "after", numbers_json(&tune->differences[number][1]));
+                     view->truth.kept, "before", numbers_json(&tune->changes[number].before),
+                     "after", numbers_json(&tune->changes[number].after));
 }
 
 static json_t *values_json(const struct tune *tune)

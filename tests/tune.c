@@ -109,7 +109,7 @@ static void on_log(void *user, enum cranny_log_level level, const char *line)
     struct desk *desk = user;
     desk->warnings += level == CRANNY_LOG_WARNING;
     desk->infos += level == CRANNY_LOG_INFO;
-        printf("%s\n", line);
+    printf("%s\n", line);
     CHECK_MSG(*line && !strchr(line, '\n'), "'%s'", line);
 }
 
@@ -276,7 +276,7 @@ static void test_held_out(void)
 {
     struct toy truth = toy_default(), lie = truth, fitted;
     struct cranny_tune_report report;
-    struct cranny_difference differences[VIEWS][2];
+    struct cranny_tune_change changes[VIEWS];
     struct cranny_error why;
     truth.gain = 1.1f;
     lie.gain = 1.9f;
@@ -288,16 +288,15 @@ static void test_held_out(void)
     const struct cranny_hooks hooks = {&desk, on_log, NULL};
     const struct cranny_tune_params params = {300, &hooks};
     const struct cranny_tune_problem problem = problem_of(&desk, &begin, NULL, 0);
-    CHECK_OK(cranny_tune(&problem, &params, &fitted, &report, differences, &why), why);
+    CHECK_OK(cranny_tune(&problem, &params, &fitted, &report, changes, &why), why);
     CHECK_NEAR(fitted.gain, 1.9, 0.08);
     CHECK(report.held_after.cost > report.held_before.cost);
     CHECK(report.fit_after.cost < report.fit_before.cost);
     CHECK_INT(desk.warnings, 1);
-    CHECK_NEAR((differences[1][0].error + differences[3][0].error) / 2, report.held_before.error,
+    CHECK_NEAR((changes[1].before.error + changes[3].before.error) / 2, report.held_before.error,
                1e-12);
-    CHECK_NEAR((differences[1][1].rmse + differences[3][1].rmse) / 2, report.held_after.rmse,
-               1e-12);
-    CHECK_NEAR((differences[0][1].mean + differences[2][1].mean) / 2, report.fit_after.mean, 1e-12);
+    CHECK_NEAR((changes[1].after.rmse + changes[3].after.rmse) / 2, report.held_after.rmse, 1e-12);
+    CHECK_NEAR((changes[0].after.mean + changes[2].after.mean) / 2, report.fit_after.mean, 1e-12);
     /* A view that weighs nearly all is the one that is fitted. */
     for (int i = 0; i < PIXELS; i++)
         desk.truths[2][i] = flawed(toy_value(&truth, 2, i % WIDTH, i / WIDTH), i);

@@ -54,6 +54,11 @@ struct cranny_tune_score {
     double mean;  /* of picture − truth: below 0 is too dark */
 };
 
+/* A view before the fit and after it. */
+struct cranny_tune_change {
+    struct cranny_difference before, after;
+};
+
 /* What came of it. */
 struct cranny_tune_report {
     struct cranny_tune_score fit_before, fit_after;
@@ -70,7 +75,7 @@ struct cranny_tune_report {
  * leaves its row's range; reals end as multiples of a hundredth of their step.
  *
  * `fitted`: params_size bytes, filled with problem->params and the best values found; may be
- * problem->params itself. `differences`: NULL, or view_count pairs: each view before, and after.
+ * problem->params itself. `changes`: NULL, or view_count of them, in the order of the views.
  * A warning is logged when the views held out got worse, which is the sign of too few views for so
  * many parameters. Unspecified outputs on failure.
  * CRANNY_USAGE for names that are not in the table, are given twice or have no value to begin with,
@@ -79,7 +84,7 @@ struct cranny_tune_report {
 CRANNY_API enum cranny_status cranny_tune(const struct cranny_tune_problem *problem,
                                           const struct cranny_tune_params *params, void *fitted,
                                           struct cranny_tune_report *report,
-                                          struct cranny_difference (*differences)[2],
+                                          struct cranny_tune_change *changes,
                                           struct cranny_error *why);
 
 #ifdef __cplusplus

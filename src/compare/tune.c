@@ -215,8 +215,7 @@ static void begin_stage(struct tune *tune, const char *stage, double total)
 
 /* Every view as `params` are; `when`: 0 before, 1 after. */
 static enum cranny_status judge(struct tune *tune, int when, struct cranny_tune_score *held,
-                                struct cranny_tune_score *fit,
-                                struct cranny_difference (*differences)[2],
+                                struct cranny_tune_score *fit, struct cranny_tune_change *changes,
                                 struct cranny_error *why)
 {
     const size_t views = tune->problem->view_count;
@@ -226,8 +225,8 @@ static enum cranny_status judge(struct tune *tune, int when, struct cranny_tune_
         status = draw_set(tune, false, why);
     *held = score_of(tune, true);
     *fit = score_of(tune, false);
-    for (size_t v = 0; differences && v < views; v++)
-        differences[v][when] = tune->drawn[v];
+    for (size_t v = 0; changes && v < views; v++)
+        *(when ? &changes[v].after : &changes[v].before) = tune->drawn[v];
     return status;
 }
 
@@ -262,17 +261,17 @@ static void warn(const struct tune *tune, const struct cranny_tune_report *repor
 }
 
 static enum cranny_status run(struct tune *tune, int evaluations, struct cranny_tune_report *report,
-                              struct cranny_difference (*differences)[2], struct cranny_error *why)
+                              struct cranny_tune_change *changes, struct cranny_error *why)
 {
     double *values = alloc_array(tune->row_count, sizeof *values);
     enum cranny_status status = values ? CRANNY_OK : fail_memory(why, "fit");
     if (status == CRANNY_OK)
-        status = judge(tune, 0, &report->held_before, &report->fit_before, differences, why);
+        status = judge(tune, 0, &report->held_before, &report->fit_before, changes, why);
     if (status == CRANNY_OK)
         status = search(tune, evaluations, values, report, why);
     if (status == CRANNY_OK) {
         set_values(tune, values);
-        status = judge(tune, 1, &report->held_after, &report->fit_after, differences, why);
+        status = judge(tune, 1, &report->held_after, &report->fit_after, changes, why);
     }
     free(values);
     return status;
@@ -281,7 +280,7 @@ static enum cranny_status run(struct tune *tune, int evaluations, struct cranny_
 enum cranny_status cranny_tune(const struct cranny_tune_problem *problem,
                                const struct cranny_tune_params *params, void *fitted,
                                struct cranny_tune_report *report,
-                               struct cranny_difference (*differences)[2], struct cranny_error *why)
+                               struct cranny_tune_change *changes, struct cranny_error *why)
 {
     const struct cranny_tune_params defaults = cranny_tune_params_default();
     params = params ? params : &defaults;
@@ -293,7 +292,7 @@ enum cranny_status cranny_tune(const struct cranny_tune_problem *problem,
     if (status == CRANNY_OK)
         status = make_room(&tune, why);
     if (status == CRANNY_OK)
-        status = run(&tune, params->evaluations, report, differences, why);
+        status = run(&tune, params->evaluations, report, changes, why);
     if (status == CRANNY_OK) {
         warn(&tune, report);
         memcpy(fitted, tune.params, problem->params_size);

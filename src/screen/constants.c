@@ -8,9 +8,7 @@
 #define CREASE_HEIGHT 720.0f
 /* Alchemy: the spiral's turns for a number of samples; coprime, about its golden part. */
 #define SPIRAL_TURNS 0.381966
-/* Alchemy with samples weighted by solid angle: at contrast 1 and intensity 1 the mean is the
- * truth's.
- */
+/* Alchemy with samples weighted by solid angle: what makes intensity and contrast 1 nearly true. */
 #define ALCHEMY_SOLID_ANGLE 1.04f
 
 static void set_row(struct screen_constants *c, int i, double x, double y, double z, double w)
