@@ -109,7 +109,6 @@ static void on_log(void *user, enum cranny_log_level level, const char *line)
     struct desk *desk = user;
     desk->warnings += level == CRANNY_LOG_WARNING;
     desk->infos += level == CRANNY_LOG_INFO;
-    printf("%s\n", line);
     CHECK_MSG(*line && !strchr(line, '\n'), "'%s'", line);
 }
 
