@@ -12,6 +12,7 @@ int command_check(int argc, char **argv);
 int command_compare(int argc, char **argv);
 int command_diff(int argc, char **argv);
 int command_render(int argc, char **argv);
+int command_tune(int argc, char **argv);
 
 /* How scenes are read: the options of every command that takes one. */
 struct load_options {

@@ -24,26 +24,6 @@ static const struct option compare_rows[] = {
 };
 
 static const struct option measure_rows[] = {
-    {.name = "view",
-     .type = OPTION_LIST,
-     .offset = offsetof(struct compare_options, views),
-     .value = "[NAME=]EYE:TARGET[:FOV]|CAMERA",
-     .help = "look from EYE to TARGET (metres; FOV in degrees, default 60), or through a camera of "
-             "the file, by name or from 0; may come again. It is for the scene before it; before "
-             "the first scene, for all (default: the file's cameras, else a fitting view)"},
-    {.name = "views",
-     .type = OPTION_INT,
-     .offset = offsetof(struct compare_options, view_count),
-     .value = "N",
-     .minimum = 1,
-     .maximum = 99,
-     .help = "N views all around each scene instead"},
-    {.name = "radius",
-     .type = OPTION_LIST,
-     .offset = offsetof(struct compare_options, radii),
-     .value = "R",
-     .help = "where an occluder stops counting, metres (default 0.5); for the scene before it, or "
-             "for all, as --view"},
     {.name = "methods",
      .type = OPTION_TEXT,
      .offset = offsetof(struct compare_options, methods),
@@ -126,8 +106,20 @@ static enum cranny_status check_options(struct compare *compare, struct cranny_e
         return refuse(why, CRANNY_USAGE, "-o: name a folder for the results");
     if (!compare->command)
         return refuse(why, CRANNY_MEMORY, "out of memory for the command line");
-    const enum cranny_status status = compare_check_views(compare, why);
+    const struct views_task task = compare_views(compare, 0);
+    const enum cranny_status status = views_check(&task, why);
     return status == CRANNY_OK ? compare_list_methods(compare, why) : status;
+}
+
+struct views_task compare_views(const struct compare *compare, size_t input)
+{
+    return (struct views_task){.face = compare->face,
+                               .options = &compare->looks,
+                               .scene_options = &compare->view_scene,
+                               .lens = &compare->lens,
+                               .scene = compare->scene,
+                               .tracer = compare->tracer,
+                               .number = input};
 }
 
 static void unload(struct compare *compare)
@@ -135,32 +127,6 @@ static void unload(struct compare *compare)
     method_state_leave_scene(&compare->state);
     cranny_tracer_destroy(&compare->tracer);
     cranny_scene_destroy(&compare->scene);
-}
-
-static enum cranny_status load(struct compare *compare, const char *path, struct cranny_error *why)
-{
-    struct cranny_tracer_params params = cranny_tracer_params_default();
-    struct cranny_error own = {0};
-    params.threads = compare->options.threads;
-    params.hooks = &compare->ui.hooks;
-    enum cranny_status status =
-        load_scene(&compare->ui, path, &compare->load, &compare->scene, why);
-    if (status != CRANNY_OK)
-        return status;
-    if (cranny_scene_triangle_count(compare->scene) == 0)
-        return refuse(why, CRANNY_INPUT, "%.800s: has no triangles to look at", path);
-    status = cranny_tracer_create(compare->scene, &params, &compare->tracer, &own);
-    if (status == CRANNY_INPUT)
-        return refuse(why, status, "%.200s: %.800s", path, own.message);
-    if (status != CRANNY_OK)
-        *why = own;
-    return status;
-}
-
-static const char *name_of(const char *path)
-{
-    const char *slash = strrchr(path, '/');
-    return slash && slash[1] ? slash + 1 : path;
 }
 
 static enum cranny_status measure_views(struct compare *compare, size_t input, size_t first,
@@ -171,8 +137,8 @@ static enum cranny_status measure_views(struct compare *compare, size_t input, s
     for (size_t v = first; v < compare->view_count && status == CRANNY_OK; v++) {
         struct cranny_error own;
         ui_head(&compare->ui,
-                "%.40s (%zu of %zu), view %zu of %zu: ", name_of(compare->inputs[input]), input + 1,
-                scenes, v - first + 1, compare->view_count - first);
+                "%.40s (%zu of %zu), view %zu of %zu: ", views_name(compare->inputs[input]),
+                input + 1, scenes, v - first + 1, compare->view_count - first);
         status = compare_measure(compare, &compare->views[v], &own);
         if (status == CRANNY_INPUT)
             refuse(why, status, "%.200s: %.800s", compare->inputs[input], own.message);
@@ -182,16 +148,42 @@ static enum cranny_status measure_views(struct compare *compare, size_t input, s
     return status;
 }
 
+/* Whose views are being found. */
+struct finder {
+    struct compare *compare;
+    size_t input;
+};
+
+static enum cranny_status add_view(void *user, struct sight sight, struct cranny_error *why)
+{
+    const struct finder *finder = user;
+    struct compare *compare = finder->compare;
+    if (!views_grow((void **)&compare->views, compare->view_count, &compare->view_room,
+                    sizeof *compare->views)) {
+        sight_free(&sight);
+        return refuse(why, CRANNY_MEMORY, "more views than fit");
+    }
+    compare->views[compare->view_count++] =
+        (struct compare_view){.scene = compare->inputs[finder->input],
+                              .sight = sight,
+                              .triangles = cranny_scene_triangle_count(compare->scene)};
+    return CRANNY_OK;
+}
+
 /* All of a scene's views or none of them. */
 static enum cranny_status compare_scene(struct compare *compare, size_t input,
                                         struct cranny_error *why)
 {
     const size_t first = compare->view_count;
-    ui_head(&compare->ui, "%.40s (%zu of %zu): ", name_of(compare->inputs[input]), input + 1,
+    ui_head(&compare->ui, "%.40s (%zu of %zu): ", views_name(compare->inputs[input]), input + 1,
             compare->face->operand_count);
-    enum cranny_status status = load(compare, compare->inputs[input], why);
+    enum cranny_status status =
+        views_load(&compare->ui, compare->inputs[input], &compare->load, compare->options.threads,
+                   &compare->scene, &compare->tracer, why);
+    const struct views_task task = compare_views(compare, input);
+    struct finder finder = {compare, input};
     if (status == CRANNY_OK)
-        status = compare_add_views(compare, input, why);
+        status = views_find(&task, add_view, &finder, why);
     if (status == CRANNY_OK)
         status = measure_views(compare, input, first, why);
     unload(compare);
@@ -238,7 +230,7 @@ static void print_text(const struct compare *compare)
                 best = &view->trials[t];
         if (best)
             printf("  %s, %s: nearest to the truth is %s %s, error %.3f, %.1f ms\n",
-                   name_of(view->scene), view->camera, best->method->method->name,
+                   views_name(view->scene), view->sight.camera, best->method->method->name,
                    best->method->label, best->difference.error, best->milliseconds);
     }
 }
@@ -307,11 +299,13 @@ int command_compare(int argc, char **argv)
     struct option_group groups[] = {
         {"Output", compare_rows, sizeof compare_rows / sizeof *compare_rows, &compare->options},
         {"Comparing", measure_rows, sizeof measure_rows / sizeof *measure_rows, &compare->options},
+        views_options,
         scene_options,
         view_options,
         load_options,
         ui_options};
-    void *const targets[] = {&compare->view_scene, &compare->lens, &compare->load, &compare->ui};
+    void *const targets[] = {&compare->looks, &compare->view_scene, &compare->lens, &compare->load,
+                             &compare->ui};
     for (size_t i = 0; i < sizeof targets / sizeof *targets; i++)
         groups[2 + i].target = targets[i];
     struct interface face = {
@@ -322,7 +316,7 @@ int command_compare(int argc, char **argv)
         .groups = groups,
         .group_count = sizeof groups / sizeof *groups,
         .operands = compare->inputs,
-        .operand_limit = COMPARE_SCENE_LIMIT,
+        .operand_limit = SCENE_LIMIT,
     };
     compare->face = &face;
     int exit = begin_command(&face, &compare->ui, argc, argv);

@@ -2,14 +2,13 @@
 #ifndef CLI_COMPARE_H
 #define CLI_COMPARE_H
 
-#include "render.h"
+#include "views.h"
 
-enum { COMPARE_SCENE_LIMIT = 64, COMPARE_METHOD_LIMIT = 64, COMPARE_VIEW_LIMIT = 999 };
+enum { COMPARE_METHOD_LIMIT = 64 };
 
 struct compare_options {
     const char *output, *cache, *methods;
-    struct option_list views, radii, presets;
-    int view_count; /* --views; 0: not given */
+    struct option_list presets;
     int rays, repeat, threads;
     int isa; /* enum cranny_isa */
 };
@@ -40,12 +39,8 @@ struct compare_trial {
 /* A view to look at, before and after that. */
 struct compare_view {
     const char *scene; /* path as given */
-    char *camera;      /* what to call it; owned */
-    char *options;     /* of the command, that look at it; owned, "" for none */
-    struct cranny_camera eye;
+    struct sight sight;
     uint64_t triangles;
-    double radius_world;
-    int guard;
     struct cranny_raytrace_report truth; /* of the tracing, whenever that was */
     double truth_s;                      /* that getting it took */
     bool truth_kept;
@@ -60,8 +55,9 @@ struct compare {
     struct load_options load;
     struct scene_options view_scene;
     struct view_options lens;
+    struct views_options looks;
     const struct interface *face;
-    const char *inputs[COMPARE_SCENE_LIMIT];
+    const char *inputs[SCENE_LIMIT];
     char *command; /* the whole of it; owned */
 
     struct compare_method methods[COMPARE_METHOD_LIMIT];
@@ -76,7 +72,7 @@ struct compare {
     struct method_state state;
     struct compare_view *views; /* owned, as what is in them */
     size_t view_count, view_room;
-    char *failures[COMPARE_SCENE_LIMIT]; /* owned */
+    char *failures[SCENE_LIMIT]; /* owned */
     size_t failure_count;
     enum cranny_status failure; /* the first one's */
 };
@@ -86,12 +82,8 @@ struct compare {
  * CRANNY_USAGE when that is nothing, CRANNY_INPUT for a file that is no preset. */
 enum cranny_status compare_list_methods(struct compare *compare, struct cranny_error *why);
 
-/* The options that say how to look, as far as no scene is needed. */
-enum cranny_status compare_check_views(const struct compare *compare, struct cranny_error *why);
-
-/* Append the views of the loaded scene, the input of that number. */
-enum cranny_status compare_add_views(struct compare *compare, size_t input,
-                                     struct cranny_error *why);
+/* The scene in progress, the input of that number, and how it is looked at. */
+struct views_task compare_views(const struct compare *compare, size_t input);
 
 /* Truth and trials of a view; pictures go to the work folder. */
 enum cranny_status compare_measure(struct compare *compare, struct compare_view *view,

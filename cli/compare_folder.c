@@ -10,22 +10,6 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-static bool is_folder(const char *path)
-{
-    struct stat info;
-    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
-}
-
-static enum cranny_status make_folder(const char *path, const char *option, bool *made,
-                                      struct cranny_error *why)
-{
-    *made = mkdir(path, 0777) == 0;
-    if (*made || is_folder(path))
-        return CRANNY_OK;
-    return refuse(why, CRANNY_FAILED, "%.800s: cannot be a folder: %s; choose another with %s",
-                  path, strerror(errno), option);
-}
-
 char *compare_path(const struct compare *compare, const char *name)
 {
     return text_of_format("%s/%s", compare->work, name);
@@ -41,7 +25,7 @@ enum cranny_status compare_open_folder(struct compare *compare, struct cranny_er
                                     ? CRANNY_OK
                                     : refuse(why, CRANNY_MEMORY, "out of memory for file names");
     if (status == CRANNY_OK)
-        status = make_folder(compare->folder, "-o", &compare->made_folder, why);
+        status = path_make_folder(compare->folder, "-o", &compare->made_folder, why);
     if (status == CRANNY_OK && mkdtemp(work)) {
         compare->work = work;
         return CRANNY_OK;
@@ -57,7 +41,7 @@ enum cranny_status compare_open_folder(struct compare *compare, struct cranny_er
 enum cranny_status compare_need_cache(struct compare *compare, struct cranny_error *why)
 {
     bool made;
-    const enum cranny_status status = make_folder(compare->cache, "--cache", &made, why);
+    const enum cranny_status status = path_make_folder(compare->cache, "--cache", &made, why);
     compare->made_cache |= made;
     return status;
 }
@@ -153,7 +137,7 @@ enum cranny_status compare_fill_folder(struct compare *compare, const json_t *re
     char *images = text_of_format("%s/images", compare->folder);
     char *earlier = text_of_format("%s/results.json", compare->folder);
     bool made;
-    enum cranny_status status = images && earlier ? make_folder(images, "-o", &made, why)
+    enum cranny_status status = images && earlier ? path_make_folder(images, "-o", &made, why)
                                                   : refuse(why, CRANNY_MEMORY, "out of memory");
     json_t *before = status == CRANNY_OK ? json_load_file(earlier, 0, NULL) : NULL;
     if (status == CRANNY_OK)

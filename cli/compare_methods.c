@@ -23,25 +23,16 @@ struct stage {
     uint8_t *map;
 };
 
-static bool goes_on(void *user, const char *stage, double done, double total)
-{
-    (void)user;
-    (void)stage;
-    (void)done;
-    (void)total;
-    return !ui_interrupted();
-}
-
 /* Its own progress would only flicker. */
 static struct cranny_hooks quiet_hooks(const struct compare *compare)
 {
-    return (struct cranny_hooks){compare->ui.hooks.user, compare->ui.hooks.log, goes_on};
+    return (struct cranny_hooks){compare->ui.hooks.user, compare->ui.hooks.log, ui_goes_on};
 }
 
 static struct cranny_raytrace_params truth_params(const struct stage *stage)
 {
     struct cranny_raytrace_params params = cranny_raytrace_params_default();
-    params.radius_world = (float)stage->view->radius_world;
+    params.radius_world = (float)stage->view->sight.radius_world;
     params.rays = stage->compare->options.rays;
     params.threads = stage->compare->options.threads;
     return params;
@@ -52,7 +43,7 @@ static union method_params params_of(const struct stage *stage, const struct com
 {
     union method_params params = row->params;
     const struct method_fields fields = method_fields(row->method, &params);
-    *fields.radius_world = (float)stage->view->radius_world;
+    *fields.radius_world = (float)stage->view->sight.radius_world;
     *fields.threads = stage->compare->options.threads;
     if (fields.isa)
         *fields.isa = stage->compare->options.isa;
@@ -149,7 +140,7 @@ static char *command_of(const struct stage *stage, const struct compare_method *
     if (compare->load.scene >= 0)
         fprintf(out, " --scene %d", compare->load.scene);
     fprintf(out, "%s --size %dx%d%s", compare->load.allow_outside ? " --allow-outside" : "",
-            o->size[0], o->size[1], stage->view->options);
+            o->size[0], o->size[1], stage->view->sight.options);
     if (compare->lens.fov_degrees != 0)
         fprintf(out, " --fov %.9g", compare->lens.fov_degrees);
     if (compare->lens.half_height != 0)
@@ -159,7 +150,7 @@ static char *command_of(const struct stage *stage, const struct compare_method *
     if (o->msaa)
         fprintf(out, " --msaa %d", 1 << o->msaa);
     fprintf(out, "%s --method %s --radius %.9g", o->normals_from ? " --normals-from smooth" : "",
-            row->method->name, stage->view->radius_world);
+            row->method->name, stage->view->sight.radius_world);
     if (row->preset) {
         fputs(" --preset ", out);
         shell_path(out, row->preset);
@@ -266,17 +257,11 @@ static enum cranny_status get_truth(struct stage *stage, struct cranny_error *wh
 
 static enum cranny_status draw_frame(struct stage *stage, struct cranny_error *why)
 {
-    struct compare *compare = stage->compare;
-    struct cranny_frame_params params = cranny_frame_params_default();
-    params.width = compare->view_scene.size[0];
-    params.height = compare->view_scene.size[1];
-    params.guard_band = stage->view->guard;
-    params.samples = 1 << compare->view_scene.msaa;
-    params.normals = compare->view_scene.normals_from;
-    params.threads = compare->options.threads;
-    params.hooks = &compare->ui.hooks;
-    const enum cranny_status status = cranny_frame_create(
-        compare->scene, compare->tracer, &stage->view->eye, &params, &stage->frame, why);
+    const struct compare *compare = stage->compare;
+    const struct views_task task = compare_views(compare, 0);
+    const enum cranny_status status =
+        views_draw(&task, &stage->view->sight, compare->options.threads, &compare->ui.hooks,
+                   &stage->frame, why);
     if (status == CRANNY_OK)
         stage->gbuffer = cranny_frame_gbuffer(stage->frame);
     return status;
@@ -300,7 +285,8 @@ enum cranny_status compare_measure(struct compare *compare, struct compare_view 
         .compare = compare, .view = view, .number = (size_t)(view - compare->views) + 1};
     enum cranny_status status = set_stage(&stage, why);
     if (status == CRANNY_OK) {
-        warn_about_radius(&compare->ui, view->scene, &stage.gbuffer, view->radius_world, false);
+        warn_about_radius(&compare->ui, view->scene, &stage.gbuffer, view->sight.radius_world,
+                          false);
         status = get_truth(&stage, why);
     }
     if (status == CRANNY_OK)
@@ -320,8 +306,7 @@ void compare_view_free(struct compare_view *view)
         free(view->trials[t].command);
         json_decref(view->trials[t].parameters);
     }
-    free(view->camera);
-    free(view->options);
+    sight_free(&view->sight);
     free(view->image);
     free(view->command);
 }

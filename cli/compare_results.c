@@ -85,10 +85,11 @@ static json_t *view_json(const struct compare *compare, const struct compare_vie
     for (size_t t = 0; t < view->trial_count; t++)
         json_array_append_new(rows, trial_json(&view->trials[t]));
     return json_pack("{so so si si so sI si so so}", "scene", json_text(view->scene), "camera",
-                     json_text(view->camera), "width", compare->view_scene.size[0], "height",
-                     compare->view_scene.size[1], "radius_world", json_number(view->radius_world),
-                     "triangles", (json_int_t)view->triangles, "guard_band", view->guard,
-                     "reference", reference_json(compare, view), "methods", rows);
+                     json_text(view->sight.camera), "width", compare->view_scene.size[0], "height",
+                     compare->view_scene.size[1], "radius_world",
+                     json_number(view->sight.radius_world), "triangles",
+                     (json_int_t)view->triangles, "guard_band", view->sight.guard, "reference",
+                     reference_json(compare, view), "methods", rows);
 }
 
 json_t *compare_json(const struct compare *compare)
@@ -161,11 +162,11 @@ static void fill_view(struct page *page, const struct compare *compare, size_t n
     struct cranny_report_trial *trials = page->trials + number * COMPARE_METHOD_LIMIT;
     page->views[number] =
         (struct cranny_report_view){.scene = slash && slash[1] ? slash + 1 : from->scene,
-                                    .camera = from->camera,
+                                    .camera = from->sight.camera,
                                     .triangles = from->triangles,
                                     .width = compare->view_scene.size[0],
                                     .height = compare->view_scene.size[1],
-                                    .radius_world = from->radius_world,
+                                    .radius_world = from->sight.radius_world,
                                     .rays = compare->options.rays,
                                     .seconds = from->truth.seconds,
                                     .standard_error = from->truth.standard_error_mean,

@@ -21,6 +21,7 @@ static const struct command commands[] = {
      "what is wrong with it, and what to pass for its size"},
     {"compare", command_compare, "compare SCENE... -o DIR",
      "every method beside the truth: times, errors, a page"},
+    {"tune", command_tune, "tune  SCENE... --method M", "fit a method's parameters to the truth"},
     {"diff", command_diff, "diff  A B", "how far image A is from image B, the reference"},
 };
 enum { COMMAND_COUNT = sizeof commands / sizeof *commands };

@@ -288,6 +288,21 @@ const struct method *method_find(const char *name)
     return NULL;
 }
 
+const struct method *method_named(int argc, char **argv, const struct method *fallback)
+{
+    const struct method *method = fallback;
+    for (int i = 0; i < argc && strcmp(argv[i], "--") != 0; i++) {
+        const char *name = "";
+        if (strncmp(argv[i], "--method=", 9) == 0)
+            name = argv[i] + 9;
+        else if (strcmp(argv[i], "--method") == 0 && i + 1 < argc)
+            name = argv[i + 1];
+        const struct method *named = method_find(name);
+        method = named ? named : method;
+    }
+    return method;
+}
+
 const struct cranny_param_table *method_table(const struct method *method)
 {
     return method->kind->table(method);

@@ -96,6 +96,10 @@ extern const char *const method_names[METHOD_COUNT + 1];
 /* NULL: there is none of that name. */
 const struct method *method_find(const char *name);
 
+/* The one that --method names among the arguments, else `fallback`: it decides which options there
+ * are, so it is looked for before they are parsed. */
+const struct method *method_named(int argc, char **argv, const struct method *fallback);
+
 const struct cranny_param_table *method_table(const struct method *method);
 
 /* NULL-terminated; NULL for a method without presets. */

@@ -99,3 +99,19 @@ enum cranny_status path_check_output(const char *path, struct cranny_error *why)
         return refuse(why, CRANNY_FAILED, "%.900s: its folder does not exist; make it first", path);
     return probe_folder(path, folder_length, why);
 }
+
+static bool is_folder(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
+}
+
+enum cranny_status path_make_folder(const char *path, const char *option, bool *made,
+                                    struct cranny_error *why)
+{
+    *made = mkdir(path, 0777) == 0;
+    if (*made || is_folder(path))
+        return CRANNY_OK;
+    return refuse(why, CRANNY_FAILED, "%.800s: cannot be a folder: %s; choose another with %s",
+                  path, strerror(errno), option);
+}

@@ -25,4 +25,9 @@ bool path_same_file(const char *a, const char *b);
  * take new files. Asked before the work begins, so that nobody waits for nothing. */
 enum cranny_status path_check_output(const char *path, struct cranny_error *why);
 
+/* Make a folder unless there is one; `made`: there was none. CRANNY_FAILED, naming the option to
+ * choose another with. */
+enum cranny_status path_make_folder(const char *path, const char *option, bool *made,
+                                    struct cranny_error *why);
+
 #endif

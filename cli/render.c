@@ -73,22 +73,6 @@ static const char examples[] =
     "  cranny render level.glb --preset paper --set samples=24 --json | jq .milliseconds\n"
     "  cranny render --method hbao --help                     hbao's parameters\n";
 
-/* The method decides which options there are, so it is looked for before they are parsed. */
-static int find_method(int argc, char **argv)
-{
-    const struct method *method = &methods[METHOD_ALCHEMY];
-    for (int i = 0; i < argc && strcmp(argv[i], "--") != 0; i++) {
-        const char *name = "";
-        if (strncmp(argv[i], "--method=", 9) == 0)
-            name = argv[i] + 9;
-        else if (strcmp(argv[i], "--method") == 0 && i + 1 < argc)
-            name = argv[i + 1];
-        const struct method *named = method_find(name);
-        method = named ? named : method;
-    }
-    return (int)(method - methods);
-}
-
 static enum cranny_status check_combinations(const struct render *render, struct cranny_error *why)
 {
     const struct render_options *options = &render->options;
@@ -269,7 +253,9 @@ int command_render(int argc, char **argv)
 {
     struct render render = {
         .load = load_options_default(),
-        .options = {.method = find_method(argc, argv), .bits = -1, .repeat = 1},
+        .options = {.method = (int)(method_named(argc, argv, &methods[METHOD_ALCHEMY]) - methods),
+                    .bits = -1,
+                    .repeat = 1},
         .view_scene = scene_options_default(),
         .depth = depth_options_default(),
         .view = view_options_default(),

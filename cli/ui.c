@@ -63,6 +63,15 @@ bool ui_interrupted(void)
     return interrupted;
 }
 
+bool ui_goes_on(void *user, const char *stage, double done, double total)
+{
+    (void)user;
+    (void)stage;
+    (void)done;
+    (void)total;
+    return !ui_interrupted();
+}
+
 double clock_s(void)
 {
     struct timespec now;
@@ -181,6 +190,8 @@ static void draw(struct ui *ui, const char *stage, double done, double total, do
     char rate[32] = "", left[48] = "";
     if (ui->rays_per_sample > 0 && strcmp(stage, "trace") == 0 && spent_s > 0)
         snprintf(rate, sizeof rate, "  %.1f Mrays/s", done * ui->rays_per_sample / spent_s * 1e-6);
+    else if (strcmp(stage, "fit") == 0 && spent_s > 0)
+        snprintf(rate, sizeof rate, "  %.1f views/s", done / spent_s);
     double left_s = share > 0 ? spent_s * (1 - share) / share : 0;
     if (spent_s > 0.5 && share > 0)
         snprintf(left, sizeof left, left_s < 90 ? "  %.0f s left" : "  %.0f min left",

@@ -30,6 +30,9 @@ void ui_end(struct ui *ui);
 bool ui_interrupted(void);
 void ui_catch_signals(void);
 
+/* A progress callback that shows nothing: it only stops after an interruption. */
+bool ui_goes_on(void *user, const char *stage, double done, double total);
+
 /* What the stages from here on belong to, as in "view 2: "; their clock starts anew. */
 void ui_head(struct ui *ui, const char *format, ...) __attribute__((format(printf, 2, 3)));
 

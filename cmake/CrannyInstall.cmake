@@ -3,7 +3,7 @@
 include(CMakePackageConfigHelpers)
 
 set(package_folder "${CMAKE_INSTALL_LIBDIR}/cmake/cranny")
-set(screen_headers base compare filter gbuffer image screen)
+set(screen_headers base compare filter gbuffer image screen tune)
 install(TARGETS cranny EXPORT cranny-shared
     LIBRARY DESTINATION "${CMAKE_INSTALL_LIBDIR}")
 install(TARGETS cranny-static EXPORT cranny-static

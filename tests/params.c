@@ -12,12 +12,12 @@ struct sample {
 
 static const char *const kinds[] = {"red", "green", NULL};
 static const struct cranny_param rows[] = {
-    {"radius", CRANNY_PARAM_FLOAT, offsetof(struct sample, radius), "m", 0, 10, 0.3, NULL, ""},
-    {"height", CRANNY_PARAM_FLOAT, offsetof(struct sample, height), "m", -5, 5, NAN, NULL, ""},
-    {"gap", CRANNY_PARAM_FLOAT, offsetof(struct sample, gap), "m", 1e-9, 0.7, 0.1, NULL, ""},
-    {"rays", CRANNY_PARAM_INT, offsetof(struct sample, rays), "", 1, 100, 64, NULL, ""},
-    {"kind", CRANNY_PARAM_ENUM, offsetof(struct sample, kind), "", 0, 1, 1, kinds, ""},
-    {"ground", CRANNY_PARAM_BOOL, offsetof(struct sample, ground), "", 0, 1, 1, NULL, ""},
+    {"radius", CRANNY_PARAM_FLOAT, offsetof(struct sample, radius), "m", 0, 10, 0.3, NULL, "", 0},
+    {"height", CRANNY_PARAM_FLOAT, offsetof(struct sample, height), "m", -5, 5, NAN, NULL, "", 0},
+    {"gap", CRANNY_PARAM_FLOAT, offsetof(struct sample, gap), "m", 1e-9, 0.7, 0.1, NULL, "", 0},
+    {"rays", CRANNY_PARAM_INT, offsetof(struct sample, rays), "", 1, 100, 64, NULL, "", 0},
+    {"kind", CRANNY_PARAM_ENUM, offsetof(struct sample, kind), "", 0, 1, 1, kinds, "", 0},
+    {"ground", CRANNY_PARAM_BOOL, offsetof(struct sample, ground), "", 0, 1, 1, NULL, "", 0},
 };
 static const struct cranny_param_table table = {"sample", rows, 6};
 

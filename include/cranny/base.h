@@ -72,6 +72,8 @@ struct cranny_param {
     double minimum, maximum, fallback;
     const char *const *choices; /* CRANNY_PARAM_ENUM: NULL-terminated names; else NULL */
     const char *help;           /* one sentence, lower case first letter, no full stop */
+    double step; /* a change worth trying when the field is fitted to the truth (cranny/tune.h); 0:
+                    it is fitted only where somebody names it */
 };
 
 /* All parameters of one params struct, in the order in which to show them. */

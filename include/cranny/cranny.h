@@ -15,6 +15,7 @@
 #include <cranny/screen.h>
 #include <cranny/trace.h>
 #include <cranny/truth.h>
+#include <cranny/tune.h>
 #include <cranny/volumes.h>
 
 #endif

@@ -79,7 +79,9 @@ enum cranny_falloff {
  * field without a row there is not read by that method. */
 struct cranny_screen_params {
     int method; /* enum cranny_method; not in the table */
-    float radius_world, intensity, contrast, bias;
+    float radius_world;
+    float radius_scale; /* reach = radius_scale × radius_world */
+    float intensity, contrast, bias;
     int samples;
     int directions, steps, elevations; /* hbao, raymarch */
     float angle_bias;                  /* degrees */

@@ -62,6 +62,13 @@ double seconds_now(void);
 /* Threads to use for a `threads` parameter: 0 means all cores. */
 int thread_count(int threads);
 
+/* The row of that name; NULL: there is none. */
+const struct cranny_param *param_find(const struct cranny_param_table *table, const char *name);
+
+/* A field's value; a choice's number from 0 on. Storing checks no range. */
+double param_load(const struct cranny_param *row, const void *params);
+void param_store(const struct cranny_param *row, void *params, double value);
+
 static inline int min_int(int a, int b)
 {
     return a < b ? a : b;

@@ -3,7 +3,7 @@
 #include <jansson.h>
 #include <strings.h>
 
-static const struct cranny_param *find_row(const struct cranny_param_table *table, const char *name)
+const struct cranny_param *param_find(const struct cranny_param_table *table, const char *name)
 {
     for (size_t i = 0; i < table->row_count; i++)
         if (strcmp(table->rows[i].name, name) == 0)
@@ -11,7 +11,7 @@ static const struct cranny_param *find_row(const struct cranny_param_table *tabl
     return NULL;
 }
 
-static void store(const struct cranny_param *row, void *params, double value)
+void param_store(const struct cranny_param *row, void *params, double value)
 {
     char *field = (char *)params + row->offset;
     switch (row->type) {
@@ -28,7 +28,7 @@ static void store(const struct cranny_param *row, void *params, double value)
     }
 }
 
-static double load(const struct cranny_param *row, const void *params)
+double param_load(const struct cranny_param *row, const void *params)
 {
     const char *field = (const char *)params + row->offset;
     switch (row->type) {
@@ -46,7 +46,7 @@ static double load(const struct cranny_param *row, const void *params)
 void cranny_params_defaults(const struct cranny_param_table *table, void *params)
 {
     for (size_t i = 0; i < table->row_count; i++)
-        store(&table->rows[i], params, table->rows[i].fallback);
+        param_store(&table->rows[i], params, table->rows[i].fallback);
 }
 
 /* A NaN default means "not set" (chosen by the program); NaN is then a legal value of the row. */
@@ -119,7 +119,7 @@ static enum cranny_status fail_range(const struct cranny_param *row, double valu
 enum cranny_status cranny_params_set(const struct cranny_param_table *table, void *params,
                                      const char *name, const char *text, struct cranny_error *why)
 {
-    const struct cranny_param *row = find_row(table, name);
+    const struct cranny_param *row = param_find(table, name);
     if (!row)
         return fail(why, CRANNY_USAGE, "%s: no such parameter of '%s'; see --help", name,
                     table->name);
@@ -129,17 +129,17 @@ enum cranny_status cranny_params_set(const struct cranny_param_table *table, voi
         return status;
     if (row->type != CRANNY_PARAM_ENUM && !in_range(row, value))
         return fail_range(row, value, why);
-    store(row, params, value);
+    param_store(row, params, value);
     return CRANNY_OK;
 }
 
 size_t cranny_params_get(const struct cranny_param_table *table, const void *params,
                          const char *name, char *text, size_t text_size)
 {
-    const struct cranny_param *row = find_row(table, name);
+    const struct cranny_param *row = param_find(table, name);
     if (!row)
         return 0;
-    double value = load(row, params);
+    double value = param_load(row, params);
     switch (row->type) {
     case CRANNY_PARAM_ENUM:
         return (size_t)snprintf(text, text_size, "%s",
@@ -164,7 +164,7 @@ enum cranny_status cranny_params_validate(const struct cranny_param_table *table
 {
     for (size_t i = 0; i < table->row_count; i++) {
         const struct cranny_param *row = &table->rows[i];
-        double value = load(row, params);
+        double value = param_load(row, params);
         bool good = row->type == CRANNY_PARAM_ENUM ? value >= 0 && value < choice_count(row)
                                                    : in_range(row, value);
         if (!good)

@@ -5,13 +5,19 @@
 
 #include "base/base.h"
 
-#define ROW(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, HELP)                                  \
+#define ROW_STEP(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, STEP, HELP)                       \
     {                                                                                              \
         .name = #FIELD, .offset = offsetof(ROW_STRUCT, FIELD), .type = TYPE, .unit = UNIT,         \
-        .minimum = LOW, .maximum = HIGH, .fallback = DEFAULT, .choices = CHOICES, .help = HELP     \
+        .minimum = LOW, .maximum = HIGH, .fallback = DEFAULT, .choices = CHOICES, .help = HELP,    \
+        .step = STEP                                                                               \
     }
+#define ROW(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, HELP)                                  \
+    ROW_STEP(FIELD, TYPE, UNIT, LOW, HIGH, DEFAULT, CHOICES, 0, HELP)
 #define REAL(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                                \
     ROW(FIELD, CRANNY_PARAM_FLOAT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
+/* One that cranny_tune fits, with a first step of STEP. */
+#define FITTED(FIELD, UNIT, LOW, HIGH, DEFAULT, STEP, HELP)                                        \
+    ROW_STEP(FIELD, CRANNY_PARAM_FLOAT, UNIT, LOW, HIGH, DEFAULT, NULL, STEP, HELP)
 #define WHOLE(FIELD, UNIT, LOW, HIGH, DEFAULT, HELP)                                               \
     ROW(FIELD, CRANNY_PARAM_INT, UNIT, LOW, HIGH, DEFAULT, NULL, HELP)
 #define SWITCH(FIELD, DEFAULT, HELP) ROW(FIELD, CRANNY_PARAM_BOOL, "", 0, 1, DEFAULT, NULL, HELP)

@@ -8,8 +8,7 @@
 #define CREASE_HEIGHT 720.0f
 /* Alchemy: the spiral's turns for a number of samples; coprime, about its golden part. */
 #define SPIRAL_TURNS 0.381966
-/* Alchemy with samples weighted by solid angle: from bench-fit, so that intensity 1 is the truth.
- */
+/* Alchemy with samples weighted by solid angle: what makes intensity and contrast 1 nearly true. */
 #define ALCHEMY_SOLID_ANGLE 1.04f
 
 static void set_row(struct screen_constants *c, int i, double x, double y, double z, double w)
@@ -119,13 +118,19 @@ static void noise_tile(struct screen_constants *c)
         }
 }
 
+/* How far the method looks; what is measured in radii follows radius_world. */
+static float reach(const struct cranny_screen_params *p)
+{
+    return p->radius_scale * p->radius_world;
+}
+
 /* Factor on the mean of a method's terms. */
 static float amount(const struct cranny_screen_params *p)
 {
     switch ((enum cranny_method)p->method) {
     case CRANNY_ALCHEMY:
         /* 2 σ u, see equations/alchemy.h; by solid angle, the factor that fits the truth. */
-        return (p->spread ? ALCHEMY_SOLID_ANGLE : 4) * p->intensity * p->radius_world;
+        return (p->spread ? ALCHEMY_SOLID_ANGLE : 4) * p->intensity * reach(p);
     case CRANNY_HBAO:
         /* 1/(2π) · 2π/N_d (eq. 6.2.9); the cosine's half-slices fill 2/π · π/N_d. */
         return p->cosine ? 2 * p->intensity : p->intensity;
@@ -163,13 +168,13 @@ void constants_make(struct screen_constants *c, const struct cranny_screen_param
 {
     const float pixels = half ? 0.5f : 1;
     *c = (struct screen_constants){
-        .radius = p->radius_world,
-        .radius2 = p->radius_world * p->radius_world,
-        .inverse_radius = 1 / p->radius_world,
+        .radius = reach(p),
+        .radius2 = reach(p) * reach(p),
+        .inverse_radius = 1 / reach(p),
         .amount = amount(p),
         .contrast = p->contrast,
         .bias = p->bias * (gbuffer->projection.top - gbuffer->projection.bottom),
-        .epsilon = p->epsilon * p->radius_world * p->radius_world,
+        .epsilon = p->epsilon * reach(p) * reach(p),
         .limit_px = fmaxf(1, p->kernel_limit * (float)viewport->height * pixels),
         .range_default = p->range_default,
         .thickness = p->thickness * p->radius_world,

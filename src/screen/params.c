@@ -19,12 +19,14 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 /* Rows of several methods, with the default of the one that lists them. */
 #define RADIUS REAL(radius_world, "m", 1e-9, 1e9, 0.5, "where an occluder stops counting")
-#define INTENSITY(V) REAL(intensity, "", 0, 100, V, "factor on the occlusion")
-#define CONTRAST(V) REAL(contrast, "", 0.05, 20, V, "exponent on the visibility")
+#define SCALE(V)                                                                                   \
+    FITTED(radius_scale, "", 0.01, 10, V, 0.1, "the method's own reach as a share of radius_world")
+#define INTENSITY(V) FITTED(intensity, "", 0, 100, V, 0.2, "factor on the occlusion")
+#define CONTRAST(V) FITTED(contrast, "", 0.05, 20, V, 0.2, "exponent on the visibility")
 #define BIAS(V)                                                                                    \
-    REAL(bias, "heights", 0, 1, V,                                                                 \
-         "height over the tangent plane under which nothing occludes, as a share of what the "     \
-         "picture's height spans at that depth")
+    FITTED(bias, "heights", 0, 1, V, 0.0002,                                                       \
+           "height over the tangent plane under which nothing occludes, as a share of what the "   \
+           "picture's height spans at that depth")
 #define SAMPLES(HIGH, V) WHOLE(samples, "samples", 1, HIGH, V, "samples a pixel")
 #define DIRECTIONS(HIGH, V) WHOLE(directions, "directions", 1, HIGH, V, "directions around a pixel")
 #define STEPS(V) WHOLE(steps, "steps", 1, 256, V, "samples along a direction or ray")
@@ -35,7 +37,8 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 #define COSINE(V) SWITCH(cosine, V, "weigh directions by the cosine, as ambient light does")
 #define SPREAD(V) SWITCH(spread, V, "put more samples near the pixel than far from it")
 #define THICKNESS(V)                                                                               \
-    REAL(thickness, "radii", 1e-3, 1e6, V, "how thick what a depth buffer shows is taken to be")
+    FITTED(thickness, "radii", 1e-3, 1e6, V, 0.1,                                                  \
+           "how thick what a depth buffer shows is taken to be")
 #define KERNEL(V)                                                                                  \
     CHOICE(kernel, kernel_names, V, "the kernel's size is a share of the screen, or metres")
 #define LIMIT(V)                                                                                   \
@@ -74,8 +77,9 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param ssao_rows[] = {
     RADIUS,
-    INTENSITY(2),
-    CONTRAST(1),
+    SCALE(0.77),
+    INTENSITY(0.69),
+    CONTRAST(3.35),
     BIAS(0.0002),
     SAMPLES(64, 16),
     KERNEL(CRANNY_KERNEL_WORLD),
@@ -90,7 +94,7 @@ static const struct cranny_param ssao_rows[] = {
     SPREAD(1),
     REAL(range_default, "", 0, 1, 0.5,
          "screen kernel: what a sample counts whose surface is far in front"),
-    THICKNESS(0.35),
+    THICKNESS(0.4),
     SWITCH(curve, 0, "screen kernel: the published amplification a^2 + a"),
     COMMON_NOISE(CRANNY_NOISE_TILE),
     COMMON_INPUT(CRANNY_BORDER_IGNORE, CRANNY_NORMALS_GIVEN),
@@ -99,11 +103,12 @@ static const struct cranny_param ssao_rows[] = {
 
 static const struct cranny_param hbao_rows[] = {
     RADIUS,
-    INTENSITY(1.4),
-    CONTRAST(1),
+    SCALE(1.15),
+    INTENSITY(0.9),
+    CONTRAST(1.67),
     DIRECTIONS(64, 4),
     STEPS(4),
-    REAL(angle_bias, "degrees", 0, 89, 2, "angle over the tangent plane that does not count"),
+    FITTED(angle_bias, "degrees", 0, 89, 2, 2, "angle over the tangent plane that does not count"),
     FALLOFF(CRANNY_FALLOFF_LINEAR),
     COSINE(1),
     SPREAD(1),
@@ -115,12 +120,14 @@ static const struct cranny_param hbao_rows[] = {
 
 static const struct cranny_param crease_rows[] = {
     RADIUS,
-    INTENSITY(1),
-    CONTRAST(1),
+    SCALE(1.2),
+    INTENSITY(0.5),
+    CONTRAST(1.96),
     BIAS(0.0002),
     KERNEL(CRANNY_KERNEL_WORLD),
     LIMIT(1),
-    REAL(minimum_crease, "", 0, 0.99, 0.2, "cosine towards a neighbour that does not count yet"),
+    FITTED(minimum_crease, "", 0, 0.99, 0.2, 0.1,
+           "cosine towards a neighbour that does not count yet"),
     REAL(crease_scale, "", 0, 100, 1, "factor on the cosine (the article's Bias)"),
     REAL(averager, "", 0.01, 1000, 4.5, "what the sum of all 24 neighbours is divided by"),
     SWITCH(facing, 0, "count only neighbours that face the pixel, too"),
@@ -138,8 +145,9 @@ static const struct cranny_param crease_rows[] = {
 
 static const struct cranny_param alchemy_rows[] = {
     RADIUS,
-    INTENSITY(1),
-    CONTRAST(1),
+    SCALE(1.8),
+    INTENSITY(0.5),
+    CONTRAST(1.55),
     BIAS(0.0002),
     SAMPLES(256, 12),
     WHOLE(bands, "bands", 1, 8, 3, "steps in which far surfaces get fewer samples"),
@@ -157,6 +165,7 @@ static const struct cranny_param alchemy_rows[] = {
 
 static const struct cranny_param raymarch_rows[] = {
     RADIUS,
+    SCALE(1),
     INTENSITY(1),
     CONTRAST(1),
     BIAS(0.0002),
@@ -190,33 +199,40 @@ struct setting {
 static const struct setting ssao_paper[] = {
     {"kernel", "screen"}, {"curve", "true"}, {"cosine", "false"},    {"border", "clamp"},
     {"samples", "16"},    {"filter", "box"}, {"rotation", "matrix"}, {"intensity", "1"},
-    {"contrast", "1"},    {"bias", "0"},     {NULL, NULL},
+    {"contrast", "1"},    {"bias", "0"},     {"radius_scale", "1"},  {"thickness", "0.35"},
+    {NULL, NULL},
 };
 
 static const struct setting hbao_paper[] = {
-    {"cosine", "false"},  {"falloff", "quadratic"}, {"border", "clamp"},    {"normals", "face"},
-    {"directions", "4"},  {"steps", "4"},           {"intensity", "1"},     {"contrast", "1"},
-    {"angle_bias", "10"}, {"resolution", "half"},   {"filter_radius", "4"}, {"spread", "false"},
-    {NULL, NULL},
+    {"cosine", "false"},    {"falloff", "quadratic"},
+    {"border", "clamp"},    {"normals", "face"},
+    {"directions", "4"},    {"steps", "4"},
+    {"intensity", "1"},     {"contrast", "1"},
+    {"angle_bias", "10"},   {"resolution", "half"},
+    {"filter_radius", "4"}, {"spread", "false"},
+    {"radius_scale", "1"},  {NULL, NULL},
 };
 
 static const struct setting crease_paper[] = {
-    {"kernel", "screen"}, {"minimum_crease", "0.3"}, {"crease_scale", "0.25"},
-    {"averager", "10"},   {"falloff", "linear"},     {"border", "clamp"},
-    {"noise", "none"},    {"filter", "bloom"},       {"edge_bloom", "false"},
-    {"intensity", "1"},   {"contrast", "1"},         {"bias", "0"},
-    {NULL, NULL},
+    {"kernel", "screen"},     {"minimum_crease", "0.3"},
+    {"crease_scale", "0.25"}, {"averager", "10"},
+    {"falloff", "linear"},    {"border", "clamp"},
+    {"noise", "none"},        {"filter", "bloom"},
+    {"edge_bloom", "false"},  {"intensity", "1"},
+    {"contrast", "1"},        {"bias", "0"},
+    {"radius_scale", "1"},    {NULL, NULL},
 };
 
 static const struct setting alchemy_paper[] = {
-    {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"}, {"border", "clamp"},
-    {"bias", "8.7e-5"},     {"intensity", "1"},    {"contrast", "1"}, {"samples", "12"},
-    {"filter_radius", "6"}, {"epsilon", "0.0004"}, {NULL, NULL},
+    {"falloff", "none"},    {"spread", "false"},   {"noise", "hash"},     {"border", "clamp"},
+    {"bias", "8.7e-5"},     {"intensity", "1"},    {"contrast", "1"},     {"samples", "12"},
+    {"filter_radius", "6"}, {"epsilon", "0.0004"}, {"radius_scale", "1"}, {NULL, NULL},
 };
 
 static const struct setting raymarch_paper[] = {
-    {"cosine", "false"}, {"falloff", "quadratic"}, {"border", "clamp"}, {"normals", "face"},
-    {"intensity", "1"},  {"contrast", "1"},        {"spread", "false"}, {NULL, NULL},
+    {"cosine", "false"},   {"falloff", "quadratic"}, {"border", "clamp"}, {"normals", "face"},
+    {"intensity", "1"},    {"contrast", "1"},        {"spread", "false"}, {"bias", "0.0002"},
+    {"radius_scale", "1"}, {"thickness", "1"},       {NULL, NULL},
 };
 
 static const struct setting *const papers[CRANNY_METHOD_COUNT] = {

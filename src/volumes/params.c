@@ -11,20 +11,20 @@ static const char *const isa_names[] = {"auto", "portable", "avx2", "avx512", NU
 
 static const struct cranny_param rows[] = {
     REAL(radius_world, "m", 1e-9, 1e9, 0.5, "where an occluder stops counting"),
-    REAL(delta_scale, "", 0.01, 10, 0.75,
-         "reach of the volumes as a share of radius_world: their falloff is steeper than a line"),
-    REAL(intensity, "", 0, 100, 1, "factor on the occlusion"),
-    REAL(contrast, "", 0.05, 20, 1, "exponent on the visibility"),
-    REAL(bias, "heights", 0, 1, 2e-5,
-         "height over the tangent plane under which nothing occludes, as a share of what the "
-         "picture's height spans at that depth"),
+    FITTED(delta_scale, "", 0.01, 10, 0.75, 0.1,
+           "reach of the volumes as a share of radius_world: their falloff is steeper than a line"),
+    FITTED(intensity, "", 0, 100, 1, 0.2, "factor on the occlusion"),
+    FITTED(contrast, "", 0.05, 20, 1, 0.2, "exponent on the visibility"),
+    FITTED(bias, "heights", 0, 1, 2e-5, 2e-5,
+           "height over the tangent plane under which nothing occludes, as a share of what the "
+           "picture's height spans at that depth"),
     CHOICE(faces, faces_names, CRANNY_FACES_MATERIAL,
            "sides of polygons that occlude: the front, the back too where the material is "
            "double-sided, or always both"),
     CHOICE(combine, combine_names, CRANNY_COMBINE_KNEE,
            "polygons' occlusions are added up to 1, bent towards 1 from the knee on, or multiplied "
            "as if they overlapped at random"),
-    REAL(knee, "", 0, 1, 0, "occlusion from which the sum is bent"),
+    FITTED(knee, "", 0, 1, 0, 0.1, "occlusion from which the sum is bent"),
     SWITCH(quads, 1, "make one volume of two triangles that form a flat, convex quad"),
     WHOLE(spacing, "pixels", 1, 16, 1,
           "distance between samples each way; 1 all pixels, 2 a quarter, 15 one in 225"),

@@ -1,9 +1,10 @@
-/* Failing allocations in screen space. */
+/* Failing allocations in screen space, and in a fit to it. */
 #include "alloc/stages.h"
 
 #include "check.h"
 
 #include <cranny/filter.h>
+#include <cranny/tune.h>
 
 enum { WIDTH = 37, HEIGHT = 29, PIXELS = WIDTH * HEIGHT, SAMPLES = 2 };
 
@@ -121,6 +122,38 @@ static enum cranny_status stage_update(const struct context *with, struct cranny
     return status;
 }
 
+static enum cranny_status draw(void *user, size_t view, const void *params, float *visibility,
+                               struct cranny_error *why)
+{
+    const struct cranny_gbuffer frame = frame_of(1);
+    (void)user;
+    (void)view;
+    return cranny_screen_render(&frame, params, visibility, 0, why);
+}
+
+/* A fit of a few steps to a grey truth. */
+static enum cranny_status stage_fit(const struct context *with, struct cranny_error *why)
+{
+    static float truth[PIXELS];
+    struct cranny_screen_params begin = cranny_screen_params_preset(CRANNY_CREASE, NULL), fitted;
+    const struct cranny_tune_view views[2] = {{WIDTH, HEIGHT, truth, 1, false},
+                                              {WIDTH, HEIGHT, truth, 1, true}};
+    const struct cranny_tune_problem problem = {.table = cranny_screen_param_table(CRANNY_CREASE),
+                                                .params_size = sizeof begin,
+                                                .params = &begin,
+                                                .views = views,
+                                                .view_count = 2,
+                                                .draw = draw};
+    const struct cranny_tune_params params = {5, NULL};
+    begin.threads = 1;
+    for (int i = 0; i < PIXELS; i++)
+        truth[i] = 0.5f;
+    const enum cranny_status status = cranny_tune(&problem, &params, &fitted, NULL, NULL, why);
+    if (status == CRANNY_OK)
+        fold(with, &fitted.intensity, sizeof fitted.intensity);
+    return status;
+}
+
 static struct context context_of(const char *name, const char *folder, uint64_t *digest)
 {
     struct context with = {.name = name, .digest = digest};
@@ -154,7 +187,11 @@ static void sweep_method(enum cranny_method method, const char *folder)
 void sweep_frames(const char *folder)
 {
     static const struct stage others[] = {
-        {"normals", stage_normals}, {"filters", stage_filters}, {"edges anew", stage_update}};
+        {"normals", stage_normals},
+        {"filters", stage_filters},
+        {"edges anew", stage_update},
+        {"fit", stage_fit},
+    };
     uint64_t digest;
     const struct context with = context_of("frame", folder, &digest);
     for (int m = 0; m < CRANNY_METHOD_COUNT; m++)
