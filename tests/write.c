@@ -59,9 +59,8 @@ static struct synthetic make_values(const struct cranny_scene *scene, bool split
         }
         made.pointers[i] = follows ? made.pointers[i - 1] : *array;
     }
-    made.values = (struct scene_values){.visibility = made.pointers,
-                                        .raw_long = made.pointers,
-                                        .raw_short = made.pointers};
+    made.values = (struct scene_values){
+        .visibility = made.pointers, .raw_long = made.pointers, .raw_short = made.pointers};
     return made;
 }
 

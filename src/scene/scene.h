@@ -57,8 +57,8 @@ enum cranny_status scene_take_mesh(struct cranny_scene *scene, const struct mesh
                                    struct cranny_error *why);
 void mesh_free(struct mesh *mesh);
 
-/* What an instance has besides its mesh's values: a linear function to multiply them by (constant, x,
- * y, z in the mesh's own space), or one number in their place. */
+/* What an instance has besides its mesh's values: a linear function to multiply them by (constant,
+ * x, y, z in the mesh's own space), or one number in their place. */
 enum factor_kind { FACTOR_NONE, FACTOR_LINEAR, FACTOR_SCALAR };
 struct instance_factor {
     enum factor_kind kind;
