@@ -162,6 +162,8 @@ static enum cranny_status add_turned(struct tune *tune, size_t scene, struct cra
         struct sight sight;
         enum cranny_status status =
             views_turn(&task, &tune->views[tune->scene_first].sight, turns[i], &sight, why);
+        if (status == CRANNY_USAGE)
+            continue; /* a look straight up or down has no horizon to turn about */
         if (status == CRANNY_OK)
             status = add_view(tune, scene, sight, why);
         if (status != CRANNY_OK)

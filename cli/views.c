@@ -223,7 +223,7 @@ static enum cranny_status default_view(const struct views_task *task, struct cra
 static double rounded(double value)
 {
     char text[32];
-    snprintf(text, sizeof text, "%.6g", value);
+    snprintf(text, sizeof text, "%.9g", value);
     return strtod(text, NULL);
 }
 

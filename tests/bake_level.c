@@ -496,6 +496,96 @@ static void test_save(void)
     cranny_scene_destroy(&scene);
 }
 
+/* A file that has coefficients of an earlier bake loses them to one that gives none. */
+static void test_again(void)
+{
+    static struct field field;
+    const char *path = "bake_level_again.glb";
+    uint32_t first;
+    struct cranny_error why = {0};
+    struct cranny_scene *scene = dome_scene(&field, &first);
+    struct cranny_bake_params params = small_params();
+    params.rays = 8;
+    struct cranny_bake *bake = bake_scene(scene, &params);
+    CHECK_OK(cranny_scene_save(scene, bake, path, NULL, &why), why);
+    CHECK_INT(count_file(path).linear, 2 * DOMES);
+    cranny_bake_destroy(&bake);
+    cranny_scene_destroy(&scene);
+    CHECK_OK(cranny_scene_load(path, NULL, &scene, &why), why);
+    params.instances = CRANNY_INSTANCES_SPLIT;
+    bake = bake_scene(scene, &params);
+    CHECK_OK(cranny_scene_save(scene, bake, path, NULL, &why), why);
+    CHECK_INT(count_file(path).linear, 0);
+    unlink(path);
+    cranny_bake_destroy(&bake);
+    cranny_scene_destroy(&scene);
+}
+
+/* The file's unit is nobody's business: coefficients of metres and of sixteen-bit numbers agree. */
+static void test_units(void)
+{
+    static struct field field;
+    float constants[2][2];
+    for (int unit = 0; unit < 2; unit++) {
+        const float size = unit ? 65536 : 1;
+        struct cranny_scene *scene = new_scene();
+        make_field(&field, 8, 1, dome);
+        for (uint32_t v = 0; v < field.mesh.vertex_count; v++)
+            for (int k = 0; k < 3; k++)
+                field.positions[v][k] *= size;
+        const uint32_t mesh = add_mesh(scene, &field.mesh), wall = add_mesh(scene, &wall_mesh);
+        const double scale = 0.01 / (double)size;
+        add(scene, (struct placing){.mesh = wall, .x = -0.011});
+        for (int i = 0; i < 2; i++)
+            add(scene, (struct placing){.mesh = mesh, .x = 0.5 * i, .scale = scale});
+        struct cranny_bake_params params = small_params();
+        params.distance_long = 0.02f;
+        params.instances = CRANNY_INSTANCES_LINEAR;
+        params.local = CRANNY_LOCAL_NONE;
+        struct cranny_bake *bake = bake_scene(scene, &params);
+        for (uint32_t i = 0; i < 2; i++) {
+            float y[4];
+            cranny_bake_linear(bake, 1 + i, CRANNY_CHANNEL_LONG, y);
+            constants[unit][i] = y[0];
+        }
+        CHECK(constants[unit][0] < constants[unit][1] - 0.05f);
+        cranny_bake_destroy(&bake);
+        cranny_scene_destroy(&scene);
+    }
+    for (int i = 0; i < 2; i++)
+        CHECK_NEAR((double)constants[1][i], (double)constants[0][i], 0.03);
+}
+
+/* Levels and instances without area are nothing, not a crash; a scene of nothing else is refused.
+ */
+static void test_flat(void)
+{
+    static const uint32_t line[1][3] = {{0, 1, 2}};
+    static const float points[3][3] = {{0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
+    static const struct cranny_mesh thin = {.name = "thin",
+                                            .vertex_count = 3,
+                                            .triangle_count = 1,
+                                            .positions = points,
+                                            .triangles = line};
+    struct cranny_error why = {0};
+    struct cranny_bake *bake = NULL;
+    struct cranny_scene *scene = new_scene();
+    const uint32_t mesh = add_mesh(scene, &thin), wall = add_mesh(scene, &wall_mesh);
+    for (int i = 0; i < 20; i++)
+        add(scene, (struct placing){.mesh = mesh, .x = 3 * i});
+    struct cranny_bake_params params = small_params();
+    CHECK_INT(cranny_bake_create(scene, &params, &bake, &why), CRANNY_INPUT);
+    add(scene, (struct placing){.mesh = wall, .group = 1});
+    const uint32_t level = add(scene, (struct placing){.mesh = mesh, .lod = 1, .group = 1});
+    for (int fit = 0; fit < 2; fit++) {
+        params.lod_fit = fit;
+        bake = bake_scene(scene, &params);
+        CHECK_NEAR((double)cranny_bake_values(bake, level, CRANNY_CHANNEL_LONG)[1], 1, 0);
+        cranny_bake_destroy(&bake);
+    }
+    cranny_scene_destroy(&scene);
+}
+
 static bool stop_in(void *user, const char *stage, double done, double total)
 {
     (void)done;
@@ -540,6 +630,9 @@ int main(void)
     test_volume();
     test_threads();
     test_save();
+    test_again();
+    test_units();
+    test_flat();
     test_cancel();
     return check_end("bake_level");
 }

@@ -208,6 +208,23 @@ static void test_apart(void)
     cranny_scene_destroy(&scene);
 }
 
+/* A level that hangs before the node above it does: what is below is drawn once, and queued once.
+ */
+static void test_hung_twice(void)
+{
+    struct cranny_scene *scene =
+        load_quoted(MESH "'nodes':[{'name':'a','mesh':0," LOD "[1,2]}}},{'name':'b','children':"
+                         "[3,4,5,6,7]},{'name':'c','children':[1]},{'name':'d','mesh':0},"
+                         "{'name':'e','mesh':0},{'name':'f','mesh':0},{'name':'g','mesh':0},"
+                         "{'name':'h','mesh':0}],'scenes':[{'nodes':[0]}]}",
+                    &log_);
+    CHECK_INT(cranny_scene_instance_count(scene), 6);
+    check_level(scene, "a", 1, 0);
+    check_level(scene, "d", 1, 1);
+    check_level(scene, "h", 1, 1);
+    cranny_scene_destroy(&scene);
+}
+
 /* A finest without triangles: the next one is drawn. */
 static void test_empty_finest(void)
 {
@@ -389,6 +406,7 @@ int main(void)
     test_names();
     test_apart();
     test_empty_finest();
+    test_hung_twice();
     test_rules();
     test_array_rules();
     test_values();

@@ -7,7 +7,7 @@
 #ifndef CRANNY_RUNTIME_H
 #define CRANNY_RUNTIME_H
 
-#if defined(__STDC__) || defined(__cplusplus)
+#if defined(__STDC__) || defined(__cplusplus) || defined(_MSC_VER)
 #    include <math.h>
 #    ifdef __cplusplus
 extern "C" {

@@ -98,9 +98,9 @@ enum cranny_packet { CRANNY_PACKET_1, CRANNY_PACKET_8, CRANNY_PACKET_16 };
 
 /* Rays per point, and how their distances count. */
 struct cranny_gather_params {
-    int rays;                  /* per point, 1..65536; default 64 */
-    float distances[2];        /* metres, > 0: long and short r of the kernel; default 300 and 2 */
-    enum cranny_kernel kernel; /* default exponential */
+    int rays;           /* per point, 1..65536; default 64 */
+    float distances[2]; /* metres, 1e-30 to 1e30: long and short r of the kernel; default 300, 2 */
+    enum cranny_kernel kernel;   /* default exponential */
     enum cranny_sampler sampler; /* default spiral */
     enum cranny_packet packet;   /* default: the fastest measured */
     uint32_t seed;               /* default 0 */

@@ -175,14 +175,26 @@ static enum cranny_status fit_samples(struct run *run, struct pass *pass, struct
     return status;
 }
 
+static bool has_area(const struct cranny_scene *scene, uint32_t instance)
+{
+    const double *m = scene->instances[instance].view.world_from_object;
+    const struct cranny_mesh *mesh = &scene->meshes[scene->instances[instance].view.mesh].view;
+    const double metric[9] = {m[0], m[1], m[2], m[4], m[5], m[6], m[8], m[9], m[10]};
+    for (uint32_t t = 0; t < mesh->triangle_count; t++)
+        if (metric_area(metric, mesh, t) > 0)
+            return true;
+    return false;
+}
+
 static bool anything_to_bake(const struct run *run, const struct pass *pass)
 {
     for (size_t i = 0; i < pass->plan.target_count; i++)
         if (pass->plan.targets[i].area > 0)
             return true;
     for (uint32_t i = 0; i < run->bake->instance_count; i++)
-        if (run->bake->treatments[i] == CRANNY_TREATMENT_SCALAR ||
-            run->bake->treatments[i] == CRANNY_TREATMENT_LINEAR)
+        if ((run->bake->treatments[i] == CRANNY_TREATMENT_SCALAR ||
+             run->bake->treatments[i] == CRANNY_TREATMENT_LINEAR) &&
+            has_area(run->scene, i))
             return true;
     return false;
 }

@@ -124,11 +124,12 @@ static bool others_kept(const struct cache *cache)
 }
 
 /* Four times what this scene's own state takes: an older scene may have been larger. */
-static uint64_t size_limit(const struct plan *plan)
+static uint64_t size_limit(const struct cache *cache, const struct plan *plan)
 {
     const struct cranny_scene *scene = plan->scene;
     uint64_t bytes = plan->sample_count * sizeof(struct kept);
-    bytes += scene->instance_count * (sizeof(struct occluder) + 1024);
+    bytes += scene->instance_count * (sizeof(struct occluder) + 1024 +
+                                      (uint64_t)cache->params->linear_points * sizeof(struct kept));
     for (size_t i = 0; i < scene->instance_count; i++)
         bytes += scene->meshes[scene->instances[i].view.mesh].view.vertex_count * 8ull;
     return 4 * bytes + (64u << 20);
@@ -201,7 +202,7 @@ enum cranny_status cache_open(struct cache *cache, const struct plan *plan,
     if (status == CRANNY_OK)
         status = keep_scene(cache, &scene, why);
     if (status == CRANNY_OK)
-        status = state_read(cache->path, cache->key, size_limit(plan), cache->params->hooks,
+        status = state_read(cache->path, cache->key, size_limit(cache, plan), cache->params->hooks,
                             &cache->old, &found, why);
     if (status != CRANNY_OK)
         return status;

@@ -142,8 +142,7 @@ static uint64_t occluder_key(const struct cranny_scene *scene, uint32_t index,
     return key;
 }
 
-static void find_box(const struct cranny_mesh *mesh, const struct cranny_instance *instance,
-                     double box[6])
+static void find_box(const struct mesh *mesh, const struct cranny_instance *instance, double box[6])
 {
     double thick[6] = {0}, slack[3];
     instance_bounds(mesh, instance->world_from_object, box);
@@ -187,7 +186,7 @@ enum cranny_status occluders_list(const struct cranny_scene *scene, struct occlu
         struct occluder *item = &list->items[list->count++];
         item->key = occluder_key(scene, i, &facts[instance->mesh]);
         item->fog = is_fog(instance);
-        find_box(&scene->meshes[instance->mesh].view, instance, item->box);
+        find_box(&scene->meshes[instance->mesh], instance, item->box);
     }
     free(facts);
     if (status == CRANNY_OK) {

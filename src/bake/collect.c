@@ -189,19 +189,9 @@ static double pick_number(const struct plan *plan, uint32_t triangle, uint32_t i
 static uint32_t pick_instance(const struct plan *plan, const struct target *target,
                               uint32_t triangle, uint32_t index)
 {
-    if (target->instance_count == 1)
-        return plan->order[target->instance_first];
-    const double u = pick_number(plan, triangle, index);
-    const double *share = plan->share + target->instance_first;
-    uint32_t low = 0, high = target->instance_count - 1;
-    while (low < high) {
-        const uint32_t middle = (low + high) / 2;
-        if (share[middle] > u)
-            high = middle;
-        else
-            low = middle + 1;
-    }
-    return plan->order[target->instance_first + low];
+    return target->instance_count == 1
+               ? plan->order[target->instance_first]
+               : plan_pick(plan, target, pick_number(plan, triangle, index));
 }
 
 /* The same in the last bake: where that instance stood. */

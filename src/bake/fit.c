@@ -470,12 +470,8 @@ static uint64_t gather_unknown(struct vertex_run *run, uint32_t unknown)
         target->instance_count < VERTEX_INSTANCES ? target->instance_count : VERTEX_INSTANCES;
     uint64_t rays = 0, good = 0;
     for (uint32_t i = 0; i < count; i++) {
-        const uint32_t pick =
-            (uint32_t)(((uint64_t)i * target->instance_count + unknown % target->instance_count) /
-                       count) %
-            target->instance_count;
-        const struct frame *frame =
-            &fit->plan->frames[fit->plan->order[target->instance_first + pick]];
+        const double u = (i + ((double)hash_u32(unknown) + 0.5) * 0x1p-32) / count;
+        const struct frame *frame = &fit->plan->frames[plan_pick(fit->plan, target, u)];
         struct gather_point point;
         struct gather_result result;
         if (!fit_vertex_point(frame, fit->mesh, &fit->surface, vertex, &point))

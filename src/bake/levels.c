@@ -72,8 +72,7 @@ static void list_finest(struct levels *levels)
             continue;
         struct finest *finest = &levels->finest[levels->finest_count++];
         *finest = (struct finest){.instance = i, .group = instance->lod_group};
-        instance_bounds(&scene->meshes[instance->mesh].view, instance->world_from_object,
-                        finest->box);
+        instance_bounds(&scene->meshes[instance->mesh], instance->world_from_object, finest->box);
     }
     qsort(levels->finest, levels->finest_count, sizeof *levels->finest, compare_finest);
     for (size_t i = 0; i < scene->material_count; i++)
@@ -155,7 +154,7 @@ static bool gather_sources(struct levels *levels, size_t index, uint64_t *key)
         const struct cranny_instance *view = &levels->scene->instances[instance].view;
         const double reach = 1.01 * levels->rays.radius[instance] * (1 << levels->rays.doublings);
         double box[6];
-        instance_bounds(plan_mesh(plan, target), view->world_from_object, box);
+        instance_bounds(&levels->scene->meshes[target->mesh], view->world_from_object, box);
         place = hash_word(place, plan->places[instance]);
         for (size_t f = 0; f < levels->finest_count; f++)
             if (boxes_meet(levels->finest[f].box, box, reach) &&

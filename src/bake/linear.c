@@ -88,7 +88,7 @@ static enum cranny_status model_create(const struct cranny_bake *bake,
     model->probes = alloc_array((size_t)points, sizeof *model->probes);
     if (!model->probes)
         return fail_memory(why, "coefficients");
-    instance_bounds(mesh, identity, box);
+    instance_bounds(&scene->meshes[bake->sets[set].mesh], identity, box);
     for (int k = 0; k < 3; k++) {
         model->center[k] = 0.5 * (box[k] + box[3 + k]);
         model->scale = fmax(model->scale, 0.5 * (box[3 + k] - box[k]));
@@ -231,7 +231,11 @@ static bool place_point(const struct model *model, const struct frame *frame, ui
         point->normal[k] = (float)normal[k];
         point->face_normal[k] = (float)face[k];
     }
-    point->extent = (float)(2 * model->scale);
+    double stretch = 0;
+    for (int k = 0; k < 3; k++)
+        stretch =
+            fmax(stretch, hypot(hypot(frame->world[k], frame->world[4 + k]), frame->world[8 + k]));
+    point->extent = (float)(2 * model->scale * stretch);
     return true;
 }
 
@@ -368,7 +372,7 @@ static enum cranny_status make_volume(struct fitting *fitting, struct cranny_err
     for (size_t i = 0; i < fitting->count; i++) {
         const struct cranny_instance *instance =
             &fitting->scene->instances[fitting->instances[i]].view;
-        instance_bounds(&fitting->scene->meshes[instance->mesh].view, instance->world_from_object,
+        instance_bounds(&fitting->scene->meshes[instance->mesh], instance->world_from_object,
                         boxes[i]);
     }
     enum cranny_status status =

@@ -72,7 +72,7 @@ static enum cranny_status transfer_begin(struct transfer *transfer, struct crann
     for (size_t i = 0; i < scene->instance_count; i++) {
         const struct cranny_instance *instance = &scene->instances[i].view;
         double box[6], square = 0;
-        instance_bounds(&scene->meshes[instance->mesh].view, instance->world_from_object, box);
+        instance_bounds(&scene->meshes[instance->mesh], instance->world_from_object, box);
         for (int k = 0; k < 3; k++)
             square += (box[3 + k] - box[k]) * (box[3 + k] - box[k]);
         transfer->radius[i] = RADIUS_SHARE * sqrt(square);
@@ -88,6 +88,10 @@ static enum cranny_status fit_at_vertices(struct pass *pass, const struct transf
     const struct cranny_mesh *mesh = plan_mesh(&pass->plan, target);
     const uint32_t instance = pass->plan.order[target->instance_first];
     struct value_set *set = &pass->bake->sets[pass->first_set + index];
+    for (size_t v = 0; v < (size_t)CHANNELS * mesh->vertex_count; v++)
+        set->values[v] = 1;
+    if (!(target->area > 0))
+        return CRANNY_OK;
     float(*raw)[2] = alloc_array(mesh->vertex_count, sizeof *raw);
     struct surface surface = {0};
     enum cranny_status status =

@@ -38,17 +38,11 @@ void frame_make(const struct cranny_instance *instance, struct frame *frame)
     frame->side = transform_determinant(frame->world) < 0 ? -1 : 1;
 }
 
-void instance_bounds(const struct cranny_mesh *mesh, const double world_from_object[12],
-                     double box[6])
+void instance_bounds(const struct mesh *mesh, const double world_from_object[12], double box[6])
 {
-    float own[2][3] = {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+    const float(*own)[3] = (const float(*)[3])mesh->bounds;
     memset(box, 0, 6 * sizeof *box);
-    for (uint32_t v = 0; v < mesh->vertex_count; v++)
-        for (int k = 0; k < 3; k++) {
-            own[0][k] = fminf(own[0][k], mesh->positions[v][k]);
-            own[1][k] = fmaxf(own[1][k], mesh->positions[v][k]);
-        }
-    for (int c = 0; mesh->vertex_count && c < 8; c++) {
+    for (int c = 0; mesh->view.vertex_count && c < 8; c++) {
         const float corner[3] = {own[c & 1][0], own[c >> 1 & 1][1], own[c >> 2][2]};
         double p[3];
         transform_point(world_from_object, corner, p);
@@ -57,6 +51,20 @@ void instance_bounds(const struct cranny_mesh *mesh, const double world_from_obj
             box[3 + k] = c ? fmax(box[3 + k], p[k]) : p[k];
         }
     }
+}
+
+uint32_t plan_pick(const struct plan *plan, const struct target *target, double u)
+{
+    const double *share = plan->share + target->instance_first;
+    uint32_t low = 0, high = target->instance_count - 1;
+    while (low < high) {
+        const uint32_t middle = (low + high) / 2;
+        if (share[middle] > u)
+            high = middle;
+        else
+            low = middle + 1;
+    }
+    return plan->order[target->instance_first + low];
 }
 
 static void linear_part(const double world[12], double metric[9])

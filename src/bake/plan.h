@@ -56,8 +56,10 @@ void plan_free(struct plan *plan);
 void frame_make(const struct cranny_instance *instance, struct frame *frame);
 
 /* The box in the world (min xyz, max xyz) of a mesh's own box; all zero without vertices. */
-void instance_bounds(const struct cranny_mesh *mesh, const double world_from_object[12],
-                     double box[6]);
+void instance_bounds(const struct mesh *mesh, const double world_from_object[12], double box[6]);
+
+/* The instance of a target at `u` in [0,1) of its cumulative share of the area. */
+uint32_t plan_pick(const struct plan *plan, const struct target *target, double u);
 
 static inline const struct cranny_mesh *plan_mesh(const struct plan *plan,
                                                   const struct target *target)

@@ -4,6 +4,8 @@
 
 #include <cranny/runtime.h>
 
+#define EXPANDED_MAX_BYTES (16ull << 30)
+
 /* What the writer is shown, and what is made for it. */
 struct saving {
     const struct cranny_bake *bake;
@@ -90,23 +92,27 @@ static void set_factor(const struct cranny_bake *bake, uint32_t instance,
     cranny_bake_linear(bake, instance, CRANNY_CHANNEL_SHORT, factor->raw_short);
 }
 
-/* Sum of the constants of each set's instances per channel, and its first instance. */
-static void sum_scalars(const struct cranny_bake *bake, uint32_t *first_of_set, double *sums)
-{
-    for (uint32_t i = bake->instance_count; i-- > 0;) {
-        const uint32_t set = bake->set_of[i];
-        if (factor_kind(bake, i) != FACTOR_SCALAR)
-            continue;
-        first_of_set[set] = i;
-        for (int c = 0; c < CHANNELS; c++)
-            sums[(size_t)CHANNELS * set + (size_t)c] += (double)bake->linear[i][c][0];
-    }
-}
-
 static bool keeps_factor(const struct cranny_scene *scene, const struct cranny_save_params *params,
                          uint32_t instance)
 {
     return !params->expand || scene->instances[instance].source_index >= 0;
+}
+
+/* Sum of the constants of each set's instances per channel, and its first instance that is not
+ * expanded. */
+static void sum_scalars(const struct saving *saving, const struct cranny_save_params *params,
+                        uint32_t *first_of_set, double *sums)
+{
+    const struct cranny_bake *bake = saving->bake;
+    for (uint32_t i = bake->instance_count; i-- > 0;) {
+        const uint32_t set = bake->set_of[i];
+        if (factor_kind(bake, i) != FACTOR_SCALAR)
+            continue;
+        if (keeps_factor(saving->scene, params, i))
+            first_of_set[set] = i;
+        for (int c = 0; c < CHANNELS; c++)
+            sums[(size_t)CHANNELS * set + (size_t)c] += (double)bake->linear[i][c][0];
+    }
 }
 
 static bool fill(struct saving *saving, const struct cranny_save_params *params,
@@ -114,7 +120,7 @@ static bool fill(struct saving *saving, const struct cranny_save_params *params,
 {
     const struct cranny_bake *bake = saving->bake;
     size_t crowded = 0;
-    sum_scalars(bake, first_of_set, sums);
+    sum_scalars(saving, params, first_of_set, sums);
     for (uint32_t i = 0; i < bake->instance_count; i++) {
         const bool keeps = keeps_factor(saving->scene, params, i);
         show(saving, i, cranny_bake_values(bake, i, CRANNY_CHANNEL_VISIBILITY));
@@ -156,6 +162,16 @@ static void saving_free(struct saving *saving, size_t count)
     free(saving->factors);
 }
 
+/* Expanded values are held at once; a small file can ask for more than any machine has. */
+static bool expands_too_much(const struct saving *saving, const struct cranny_save_params *params)
+{
+    uint64_t bytes = 0;
+    for (uint32_t i = 0; i < saving->bake->instance_count; i++)
+        if (has_factor(saving->bake, i) && !keeps_factor(saving->scene, params, i))
+            bytes += vertex_count(saving, i) * (uint64_t)CHANNELS * sizeof(float);
+    return bytes > EXPANDED_MAX_BYTES;
+}
+
 enum cranny_status cranny_scene_save(const struct cranny_scene *scene,
                                      const struct cranny_bake *bake, const char *path,
                                      const struct cranny_save_params *params,
@@ -167,6 +183,11 @@ enum cranny_status cranny_scene_save(const struct cranny_scene *scene,
         return scene_write(scene, NULL, path, params, why);
     const size_t count = scene->instance_count;
     struct saving saving = {.bake = bake, .scene = scene};
+    if (expands_too_much(&saving, params))
+        return fail(
+            why, CRANNY_MEMORY,
+            "%s: expanded, the instances' values take more than %llu GiB; write them without", path,
+            EXPANDED_MAX_BYTES >> 30);
     uint32_t *first_of_set = alloc_array(bake->set_count, sizeof *first_of_set);
     double *sums = alloc_array(bake->set_count, CHANNELS * sizeof *sums);
     const bool complete = saving_alloc(&saving, count) && first_of_set && sums &&

@@ -16,7 +16,7 @@ static double place(const struct cranny_scene *scene, const struct cranny_instan
                     double center[3])
 {
     double box[6];
-    instance_bounds(&scene->meshes[instance->mesh].view, instance->world_from_object, box);
+    instance_bounds(&scene->meshes[instance->mesh], instance->world_from_object, box);
     center[0] = 0.5 * (box[0] + box[3]);
     center[1] = box[1];
     center[2] = 0.5 * (box[2] + box[5]);

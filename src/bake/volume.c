@@ -7,6 +7,7 @@
 #include <cranny/runtime.h>
 
 #define POINTS_PER_BOX 256.0
+#define INDEX_MAX ((double)(1u << 30))
 #define POINTS_MAX ((double)(1u << 26))
 
 /* Points that the boxes take at a spacing, those they share counted more than once. */
@@ -22,8 +23,9 @@ static double count_points(const double (*boxes)[6], size_t box_count, double sp
     return sum;
 }
 
-static double choose_spacing(const double (*boxes)[6], size_t box_count)
+static double choose_spacing(const double (*boxes)[6], size_t box_count, double far)
 {
+    const double aim = fmin(POINTS_PER_BOX * (double)box_count, POINTS_MAX);
     double low = 1e-30, high = 0;
     for (size_t i = 0; i < box_count; i++)
         for (int k = 0; k < 3; k++)
@@ -32,12 +34,12 @@ static double choose_spacing(const double (*boxes)[6], size_t box_count)
         return 1;
     for (int i = 0; i < 100; i++) {
         const double middle = sqrt(low * high);
-        if (count_points(boxes, box_count, middle) > POINTS_PER_BOX * (double)box_count)
+        if (count_points(boxes, box_count, middle) > aim)
             low = middle;
         else
             high = middle;
     }
-    return high;
+    return fmax(high, far / INDEX_MAX);
 }
 
 static size_t brick_slot(const struct volume *volume, const int32_t at[3])
@@ -131,13 +133,14 @@ static bool add_box(struct volume *volume, const double box[6])
 enum cranny_status volume_create(const double (*boxes)[6], size_t box_count, double spacing,
                                  struct volume *volume, struct cranny_error *why)
 {
-    *volume = (struct volume){.spacing = spacing > 0 ? spacing : choose_spacing(boxes, box_count)};
     double far = 0;
     for (size_t i = 0; i < box_count; i++)
         for (int k = 0; k < 6; k++)
             far = fmax(far, fabs(boxes[i][k]));
+    *volume =
+        (struct volume){.spacing = spacing > 0 ? spacing : choose_spacing(boxes, box_count, far)};
     if (count_points(boxes, box_count, volume->spacing) > POINTS_MAX ||
-        far / volume->spacing > INT32_MAX)
+        far / volume->spacing > 2 * INDEX_MAX)
         return fail(why, CRANNY_USAGE,
                     "volume_spacing: %g m makes more than %.0f points around %zu instances; raise "
                     "it",

@@ -61,7 +61,8 @@ struct gltf {
     struct texture_key *texture_keys;
     size_t texture_key_count, texture_key_capacity;
     int *shared_meshes; /* scene mesh of each glTF mesh in its plain state; -1: not decoded */
-    int *mesh_roles;    /* what each glTF mesh says: a role, or one of enum said_role */
+    size_t role_complaints;
+    int *mesh_roles; /* what each glTF mesh says: a role, or one of enum said_role */
     size_t mesh_count;
     uint32_t lod_group_count;
 };
@@ -75,6 +76,9 @@ bool transform_finite(const double m[12]);
 /* Visit below the nodes already in `queue` (`count` of them), parents before children; the new
  * count. Every node has one parent, so that none comes twice. */
 size_t nodes_walk(const struct gltf *gltf, size_t *queue, size_t count);
+
+/* Complaints of one kind that are said; a broken file has thousands. */
+enum { COMPLAINT_LIMIT = 8 };
 
 /* lods.c: the coarser levels of what the scene reaches, then groups and roles of all reached nodes.
  * `queue` has room for all nodes. */

@@ -13,16 +13,16 @@ const char *const *cranny_role_names(void)
 }
 
 /* What the extras of a node or mesh say: a role or ROLE_UNSAID. */
-static int said_role(const struct document *document, const char *list, size_t index,
-                     const json_t *object)
+static int said_role(struct gltf *gltf, const char *list, size_t index, const json_t *object)
 {
     const json_t *value = json_object_get(json_object_get(object, "extras"), "cranny_role");
     const char *word = json_string_value(value);
     for (int i = 0; word && names[i]; i++)
         if (!strcasecmp(word, names[i]))
             return i;
-    if (value)
-        warn_at(document,
+    /* A broken file has thousands of these; the first few are said. */
+    if (value && gltf->role_complaints++ < COMPLAINT_LIMIT)
+        warn_at(gltf->document,
                 PLACE(PLACE(PLACE(NULL, list, index), "extras", NO_INDEX), "cranny_role", NO_INDEX),
                 "%s%.40s%s is no role; roles are solid, tree, shrub, grass and ignored",
                 word ? "'" : "", word ? word : "this value", word ? "'" : "");
@@ -34,7 +34,7 @@ static int mesh_role(struct gltf *gltf, int mesh)
     int *role = &gltf->mesh_roles[mesh];
     if (*role == ROLE_UNREAD)
         *role = said_role(
-            gltf->document, "meshes", (size_t)mesh,
+            gltf, "meshes", (size_t)mesh,
             json_array_get(json_object_get(gltf->document->root, "meshes"), (size_t)mesh));
     return *role;
 }
@@ -43,7 +43,7 @@ void node_take_role(struct gltf *gltf, size_t index)
 {
     struct node *node = &gltf->nodes[index];
     const struct node *up = node_up(node) >= 0 ? &gltf->nodes[node_up(node)] : NULL;
-    const int said = said_role(gltf->document, "nodes", index, node->object);
+    const int said = said_role(gltf, "nodes", index, node->object);
     const int by_mesh = node->mesh >= 0 ? mesh_role(gltf, node->mesh) : ROLE_UNSAID;
     /* a mesh speaks for its own node and that node's coarser levels, not for the nodes below */
     const enum cranny_role above = !up                 ? CRANNY_ROLE_SOLID

@@ -300,7 +300,14 @@ enum cranny_status scene_take_mesh(struct cranny_scene *scene, const struct mesh
     if (!grow_array((void **)&scene->meshes, &scene->mesh_capacity, scene->mesh_count + 1,
                     sizeof *scene->meshes))
         return fail_memory(why, "mesh");
-    scene->meshes[scene->mesh_count++] = *mesh;
+    struct mesh *taken = &scene->meshes[scene->mesh_count++];
+    *taken = *mesh;
+    for (uint32_t v = 0; v < mesh->view.vertex_count; v++)
+        for (int k = 0; k < 3; k++) {
+            const float p = mesh->view.positions[v][k];
+            taken->bounds[0][k] = v ? fminf(taken->bounds[0][k], p) : p;
+            taken->bounds[1][k] = v ? fmaxf(taken->bounds[1][k], p) : p;
+        }
     return CRANNY_OK;
 }
 

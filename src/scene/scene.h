@@ -19,6 +19,7 @@ struct mesh_part {
 /* Owns its arrays (all malloced); `view` shows them. */
 struct mesh {
     struct cranny_mesh view;
+    float bounds[2][3]; /* of all vertices: low, high; all zero without any */
     int source_mesh; /* glTF mesh, -1: none. Several scene meshes may share one (skins, morphs) */
     struct mesh_part *parts;
     uint32_t part_count;

@@ -118,10 +118,27 @@ static enum cranny_status write_instances(struct write *write, uint32_t first, u
     return status;
 }
 
+/* Numbers that an earlier bake left would be multiplied in again. */
+static void remove_old(struct write *write, uint32_t instance)
+{
+    const int index = write->scene->instances[instance].source_node;
+    json_t *extras = json_object_get(
+        json_array_get(json_object_get(write->edit.root, "nodes"), (size_t)index), "extras");
+    size_t count;
+    json_t *attributes = instancing_attributes(write, index, &count);
+    for (size_t w = 0; w < COUNT_OF(written); w++) {
+        json_object_del(extras, written[w].extra);
+        json_object_del(attributes, written[w].attribute);
+    }
+}
+
 static enum cranny_status write_run(struct write *write, uint32_t first, uint32_t end,
                                     struct cranny_error *why)
 {
     enum cranny_status status = CRANNY_OK;
+    remove_old(write, first);
+    if (!write->values->factors)
+        return CRANNY_OK;
     for (size_t w = 0; status == CRANNY_OK && w < COUNT_OF(written); w++) {
         const struct written *what = &written[w];
         if (write->values->factors[first].kind != what->kind || what->raw != is_raw(write))
@@ -138,8 +155,6 @@ enum cranny_status write_factors(struct write *write, struct cranny_error *why)
 {
     const struct cranny_scene *scene = write->scene;
     enum cranny_status status = CRANNY_OK;
-    if (!write->values->factors)
-        return CRANNY_OK;
     for (uint32_t first = 0, end; status == CRANNY_OK && first < scene->instance_count;
          first = end) {
         const struct instance *instance = &scene->instances[first];

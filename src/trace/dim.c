@@ -40,8 +40,8 @@ static void slab(float start, float step, float *enter, float *leave)
 {
     const float a = (-1 - start) / step, b = (1 - start) / step;
     const float low = a < b ? a : b, high = a < b ? b : a;
-    *enter = *enter > low ? *enter : low;
-    *leave = *leave < high ? *leave : high;
+    *enter = low > *enter ? low : *enter; /* NaN, of a ray in a face's plane, changes nothing */
+    *leave = high < *leave ? high : *leave;
 }
 
 void fog_intersect(const struct RTCIntersectFunctionNArguments *args)

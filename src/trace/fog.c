@@ -3,6 +3,7 @@
  * Based on: Sloan, Tranchida, Chen, Kavan, Ambient Obscurance Baking on the GPU, 2013, §2.1, which
  * leaves open where densities come from and how they are reduced. */
 #include "base/sequence.h"
+#include "base/watch.h"
 #include "scene/scene.h"
 #include "trace/build.h"
 #include "trace/kernel.h"
@@ -17,6 +18,9 @@
 #define OVERLAP_POINTS 16
 #define CROWDED_POINTS 8
 #define NEAR_MAX 256
+
+/* Optical depth of half a box, at most: nothing gets through, and its square is a float. */
+#define WEIGHT_MAX 1e9f
 
 struct mesh_box {
     float centre[3], half[3]; /* in the mesh's own space */
@@ -220,7 +224,7 @@ static bool place_box(const struct cranny_tracer *tracer, uint32_t index,
             shift -= inverse[3 * row + k] * m[4 * k + 3];
         }
         box->unit_from_world[4 * row + 3] = (float)shift;
-        box->weight[row] = factor * mesh_box->density * mesh_box->half[row];
+        box->weight[row] = fminf(factor * mesh_box->density * mesh_box->half[row], WEIGHT_MAX);
     }
     box->instance = index;
     return true;
@@ -280,6 +284,8 @@ static RTCScene fog_scene(struct build *build, struct places *places, uint32_t c
 
 /* Counting boxes at points of one of them. */
 struct count {
+    struct watch *watch;
+    uint32_t calls;
     const struct fog_box *boxes;
     uint32_t self;
     bool counts;  /* else the boxes near it are listed */
@@ -309,6 +315,11 @@ static bool near_box(struct RTCPointQueryFunctionArguments *args)
     struct count *count = args->userPtr;
     if (args->primID == count->self)
         return false;
+    /* Crowds take a time that grows with the square of their number. */
+    if (++count->calls % 4096 == 0 && !watch_goes_on(count->watch)) {
+        args->query->radius = 0;
+        return true;
+    }
     if (count->counts)
         count_box(count, args->primID);
     else if (count->near_count < NEAR_MAX)
@@ -356,9 +367,12 @@ static void place_overlap_points(const struct places *places, const double m[12]
 }
 
 /* The mean number of boxes at a point of a box: 1 when it is alone, n when n are in one place. */
-static double mean_overlap(const struct places *places, RTCScene scene, uint32_t box)
+static double mean_overlap(const struct places *places, RTCScene scene, uint32_t box,
+                           struct watch *watch)
 {
     struct count count;
+    count.watch = watch;
+    count.calls = 0;
     count.boxes = places->tracer->boxes;
     count.self = box;
     count.counts = count.crowded = false;
@@ -383,12 +397,19 @@ static void thin_overlaps(struct build *build, const struct places *places, RTCS
                           uint32_t count)
 {
     struct fog_box *boxes = build->tracer->boxes;
+    struct watch watch;
+    watch_begin(&watch, build->hooks, "bvh", count);
 #pragma omp parallel for schedule(dynamic, 64) num_threads(build->threads)
     for (uint32_t i = 0; i < count; i++) {
-        const float share = (float)(1 / mean_overlap(places, scene, i));
+        if (!watch_goes_on(&watch))
+            continue;
+        const float share = (float)(1 / mean_overlap(places, scene, i, &watch));
+        watch_advance(&watch, 1);
         for (int k = 0; k < 3; k++)
             boxes[i].weight[k] *= share;
     }
+    if (watch_stopped(&watch))
+        atomic_store(&build->cancelled, true);
 }
 
 static enum cranny_status place_boxes(struct build *build, const struct mesh_box *mesh_boxes,
@@ -421,9 +442,10 @@ static enum cranny_status place_boxes(struct build *build, const struct mesh_box
     const enum cranny_status status = build_status(build, why);
     if (status == CRANNY_OK && !tracer->fog)
         return fail_memory(why, "acceleration structure");
-    if (status == CRANNY_OK)
-        thin_overlaps(build, &places, tracer->fog, count);
-    return status;
+    if (status != CRANNY_OK)
+        return status;
+    thin_overlaps(build, &places, tracer->fog, count);
+    return build_status(build, why);
 }
 
 enum cranny_status build_fog(struct build *build, struct cranny_error *why)

@@ -171,6 +171,10 @@ static void enter_box(const float box[6], const float origin[3], const struct ra
     for (int i = 0; i < count; i++) {
         float near = 0, far = INFINITY;
         for (int k = 0; k < 3; k++) {
+            if (axes[k][i] == 0) {
+                near = origin[k] < box[k] || origin[k] > box[3 + k] ? INFINITY : near;
+                continue;
+            }
             const float inverse = 1 / axes[k][i];
             const float a = (box[k] - origin[k]) * inverse;
             const float b = (box[3 + k] - origin[k]) * inverse;
@@ -178,7 +182,7 @@ static void enter_box(const float box[6], const float origin[3], const struct ra
             near = low > near ? low : near;
             far = high < far ? high : far;
         }
-        if (near <= far)
+        if (near <= far && near < INFINITY)
             enter[i] = near < enter[i] ? near : enter[i];
     }
 }

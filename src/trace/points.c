@@ -51,9 +51,9 @@ static enum cranny_status validate(const struct job *job, const struct cranny_ga
     if (p->rays < 1 || p->rays > 65536)
         return fail(why, CRANNY_USAGE, "gather: rays is %d; 1 to 65536 are possible", p->rays);
     for (int k = 0; k < 2; k++)
-        if (!(p->distances[k] > 0 && isfinite(p->distances[k])))
+        if (!(p->distances[k] >= 1e-30f && p->distances[k] <= 1e30f))
             return fail(why, CRANNY_USAGE,
-                        "gather: distances[%d] is %g; it must be above 0 and finite", k,
+                        "gather: distances[%d] is %g; 1e-30 to 1e30 m are possible", k,
                         (double)p->distances[k]);
     if ((unsigned)p->kernel > CRANNY_KERNEL_HARD || (unsigned)p->sampler > CRANNY_SAMPLER_RANDOM ||
         (unsigned)p->packet > CRANNY_PACKET_16 || p->threads < 0)
