@@ -83,7 +83,9 @@ function checkComparison() {
     const copied = [',"nodes":[{"mesh":0', ',{"primitives":[{"attributes":{"POSITION":0,"TEXCOORD_0":2}}]}],"nodes":[{"mesh":1'];
     verdict.check(differs('', '') === 0, 'an addition that is documented counts as a loss');
     verdict.check(differs('],"nodes":[{"mesh":0', `${copied[1]}`) === 0, 'a copied mesh counts as a loss');
+    verdict.check(differs('"mesh":0', '"mesh":0,"extras":{"cranny_ao_linear":[1,0,0,0]}') === 0, 'coefficients count as a loss');
     const losses = {
+        'foreign extras': ['"mesh":0', '"mesh":0,"extras":{"cranny_ao":1,"c":0}'],
         'a dropped member': [',"a":null', ''],
         'members in another order': ['"b":[1,2.5],"a":null', '"a":null,"b":[1,2.5]'],
         'integer-like keys in another order': ['"asset":{"version":"2.0"},"9":1', '"9":1,"asset":{"version":"2.0"}'],

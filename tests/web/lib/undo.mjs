@@ -19,6 +19,12 @@ const added = {
     color: [new RegExp(`${attributes.source}COLOR_0$`)],
     attribute: [new RegExp(`${attributes.source}_AO$`)],
 };
+// By any mode: what an instance has besides its mesh's values (docs/format.md).
+const instanceExtras = /^\/nodes\/\d+\/extras$/;
+const instanceNumbers = [
+    new RegExp(`${instanceExtras.source.slice(0, -1)}\\/cranny_ao(_linear)?(_short)?$`),
+    /^\/nodes\/\d+\/extensions\/EXT_mesh_gpu_instancing\/attributes\/_AO(_LINEAR)?(_SHORT)?$/,
+];
 const replaced = { occlusion: [], color: [[added.color[0], 'accessors']], attribute: [] };
 
 export class Undo {
@@ -51,7 +57,11 @@ export class Undo {
                 this.say(`${path}/${key}`, 'is gone');
         }
         for (const key of after.keys()) {
-            if (!before.has(key) && !this.mayAdd(key, `${path}/${key}`))
+            if (before.has(key))
+                continue;
+            if (instanceExtras.test(`${path}/${key}`) && after.get(key) instanceof Map)
+                this.sameObject(new Map(), after.get(key), `${path}/${key}`);
+            else if (!this.mayAdd(key, `${path}/${key}`))
                 this.say(`${path}/${key}`, 'is new');
         }
         const kept = [...after.keys()].filter((key) => before.has(key));
@@ -69,7 +79,8 @@ export class Undo {
 
     mayAdd(key, path) {
         const isRoot = path === `/${key}`;
-        return isRoot ? growing.includes(key) : added[this.mode].some((pattern) => pattern.test(path));
+        return isRoot ? growing.includes(key)
+            : [...added[this.mode], ...instanceNumbers].some((pattern) => pattern.test(path));
     }
 
     mayChange(before, after, path) {
