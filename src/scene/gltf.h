@@ -73,9 +73,9 @@ enum cranny_status nodes_read(struct gltf *gltf, int scene_index, struct cranny_
 void transform_from_trs(const double translation[3], const double rotation[4],
                         const double scale[3], double out[12]);
 bool transform_finite(const double m[12]);
-/* Visit below the nodes already in `queue` (`count` of them), parents before children; the new
- * count. Every node has one parent, so that none comes twice. */
-size_t nodes_walk(const struct gltf *gltf, size_t *queue, size_t count);
+/* Visit below the nodes already in `queue` (`count` of them), parents before children, and mark all
+ * of them reached; what is below and was reached before stays out. The new count. */
+size_t nodes_walk(struct gltf *gltf, size_t *queue, size_t count);
 
 /* Complaints of one kind that are said; a broken file has thousands. */
 enum { COMPLAINT_LIMIT = 8 };

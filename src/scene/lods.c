@@ -27,30 +27,17 @@ static bool level_index(const struct lods *lods, const json_t *value, size_t *in
     return true;
 }
 
-/* Below a level that hangs, another one may hang already: each node is queued once. */
-static void queue_children(struct lods *lods, const struct node *node)
-{
-    const json_t *children = json_object_get(node->object, "children");
-    for (size_t i = 0; i < json_array_size(children); i++) {
-        const size_t child = (size_t)json_number_value(json_array_get(children, i));
-        if (!lods->gltf->nodes[child].reached)
-            lods->queue[lods->count++] = child;
-        lods->gltf->nodes[child].reached = true;
-    }
-}
-
 /* What the scene does not reach stands where its finest stands. */
 static enum cranny_status hang(struct lods *lods, size_t finest, size_t index)
 {
     struct gltf *gltf = lods->gltf;
     const size_t first = lods->count;
-    lods->queue[lods->count++] = index;
-    gltf->nodes[index].reached = true;
+    lods->queue[first] = index;
+    lods->count += nodes_walk(gltf, lods->queue + first, 1);
     gltf->nodes[index].base = gltf->nodes[finest].base;
     gltf->nodes[index].hung = true;
     for (size_t i = first; i < lods->count; i++) {
         struct node *node = &gltf->nodes[lods->queue[i]];
-        queue_children(lods, node);
         if (node->base >= 0)
             transform_multiply(gltf->nodes[node->base].world, node->local, node->world);
         else

@@ -95,12 +95,18 @@ static enum cranny_status adopt_children(struct gltf *gltf, size_t index, struct
     return status;
 }
 
-size_t nodes_walk(const struct gltf *gltf, size_t *queue, size_t count)
+size_t nodes_walk(struct gltf *gltf, size_t *queue, size_t count)
 {
     for (size_t head = 0; head < count; head++) {
-        const json_t *children = json_object_get(gltf->nodes[queue[head]].object, "children");
-        for (size_t i = 0; i < json_array_size(children); i++)
-            queue[count++] = (size_t)json_number_value(json_array_get(children, i));
+        struct node *node = &gltf->nodes[queue[head]];
+        const json_t *children = json_object_get(node->object, "children");
+        node->reached = true;
+        for (size_t i = 0; i < json_array_size(children); i++) {
+            const size_t child = (size_t)json_number_value(json_array_get(children, i));
+            if (!gltf->nodes[child].reached)
+                queue[count++] = child;
+            gltf->nodes[child].reached = true;
+        }
     }
     return count;
 }
@@ -114,7 +120,6 @@ static enum cranny_status place_nodes(struct gltf *gltf, size_t *queue, struct c
     size_t count = nodes_walk(gltf, queue, roots);
     for (size_t i = 0; i < count; i++) {
         struct node *node = &gltf->nodes[queue[i]];
-        node->reached = true;
         if (node->parent < 0)
             memcpy(node->world, node->local, sizeof node->world);
         else
@@ -180,9 +185,8 @@ static enum cranny_status reach(struct gltf *gltf, int scene_index, size_t *queu
         gltf->nodes[i].reached = false;
     size_t count = 0;
     status = scene_roots(gltf, (size_t)chosen, queue, &count, why);
-    count = status == CRANNY_OK ? nodes_walk(gltf, queue, count) : 0;
-    for (size_t i = 0; i < count; i++)
-        gltf->nodes[queue[i]].reached = true;
+    if (status == CRANNY_OK)
+        nodes_walk(gltf, queue, count);
     return status;
 }
 
