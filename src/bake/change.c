@@ -2,14 +2,10 @@
 
 #include "bake/plan.h"
 #include "base/hash.h"
+#include "trace/tracer.h"
 
 /* Share of its size that a box is enlarged by: more than rays and boxes are rounded. */
 #define SLACK 0x1p-18
-/* Half the thickness of a box of fog is at least this share of its longest half (see fog.c). */
-#define FOG_THICKNESS 0.0625
-/* From this many triangles on, meshes that several instances share keep their own space for rays,
- * which rounds differently (see tracer.c). */
-#define SHARED_TRIANGLES 64
 
 static uint64_t texture_key(const struct cranny_alpha_texture *texture)
 {
@@ -133,7 +129,7 @@ static uint64_t occluder_key(const struct cranny_scene *scene, uint32_t index,
 {
     const struct cranny_instance *instance = &scene->instances[index].view;
     const bool shared =
-        mesh->uses > 1 && scene->meshes[instance->mesh].view.triangle_count >= SHARED_TRIANGLES;
+        mesh->uses > 1 && scene->meshes[instance->mesh].view.triangle_count >= SHARED_TRIANGLES_MIN;
     uint64_t key =
         hash_bytes(mesh->look, instance->world_from_object, sizeof instance->world_from_object);
     key = hash_word(key, (uint64_t)instance->role << 1 | shared);
@@ -154,7 +150,8 @@ static void find_box(const struct mesh *mesh, const struct cranny_instance *inst
             longest = fmax(longest, 0.5 * (own[3 + k] - own[k]));
         for (int k = 0; k < 3; k++)
             for (int c = 0; c < 3; c++)
-                thick[k] += FOG_THICKNESS * longest * fabs(instance->world_from_object[4 * k + c]);
+                thick[k] += (double)FOG_THICKNESS_MIN * longest *
+                            fabs(instance->world_from_object[4 * k + c]);
     }
     for (int k = 0; k < 3; k++) {
         const double largest = fmax(fabs(box[k]), fabs(box[3 + k]));

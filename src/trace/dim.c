@@ -1,6 +1,6 @@
 /* The second ray of a pair: from the origin to the hit, through trees and fog. */
+#include "trace/pack.h"
 #include "trace/passage.h"
-#include "trace/tracer.h"
 
 #define LANES_MAX 16
 
@@ -73,17 +73,8 @@ static void dim_single(const struct cranny_tracer *tracer, struct dim_call *call
                        const float origin[3], const struct ray_block *block, const float *ends,
                        int ray)
 {
-    struct RTCRayHit r = {
-        .ray = {.org_x = origin[0],
-                .org_y = origin[1],
-                .org_z = origin[2],
-                .dir_x = block->x[ray],
-                .dir_y = block->y[ray],
-                .dir_z = block->z[ray],
-                .tfar = ends[ray],
-                .mask = UINT32_MAX,
-                .id = block->ids + (uint32_t)ray},
-        .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+    const float direction[3] = {block->x[ray], block->y[ray], block->z[ray]};
+    struct RTCRayHit r = pack_ray(origin, direction, ends[ray], block->ids + (uint32_t)ray);
     call->first_id = r.ray.id;
     if (tracer->fog)
         embree_filtered1(tracer->fog, &call->context, NULL, &r);
@@ -99,23 +90,7 @@ static void dim_single(const struct cranny_tracer *tracer, struct dim_call *call
     {                                                                                              \
         struct RTCRayHit##WIDTH r;                                                                 \
         _Alignas(64) int valid[WIDTH];                                                             \
-        for (int i = 0; i < WIDTH; i++) {                                                          \
-            valid[i] = i < count ? -1 : 0;                                                         \
-            r.ray.org_x[i] = origin[0];                                                            \
-            r.ray.org_y[i] = origin[1];                                                            \
-            r.ray.org_z[i] = origin[2];                                                            \
-            r.ray.dir_x[i] = block->x[first + i];                                                  \
-            r.ray.dir_y[i] = block->y[first + i];                                                  \
-            r.ray.dir_z[i] = block->z[first + i];                                                  \
-            r.ray.tnear[i] = 0;                                                                    \
-            r.ray.tfar[i] = ends[first + i];                                                       \
-            r.ray.time[i] = 0;                                                                     \
-            r.ray.mask[i] = UINT32_MAX;                                                            \
-            r.ray.id[i] = block->ids + (uint32_t)(first + i);                                      \
-            r.ray.flags[i] = 0;                                                                    \
-            r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;                                             \
-            r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;                                          \
-        }                                                                                          \
+        pack_rays##WIDTH(origin, block, first, count, ends, valid, &r);                            \
         call->first_id = r.ray.id[0];                                                              \
         if (tracer->fog)                                                                           \
             embree_filtered##WIDTH(tracer->fog, valid, &call->context, NULL, &r);                  \

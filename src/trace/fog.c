@@ -11,9 +11,6 @@
 /* Chords through a mesh's box, by which its density is found. */
 #define CHORDS 2048
 
-/* A box is at least as thick as this share of its longest side, so that a flat card is one, too. */
-#define THICKNESS_MIN 0.0625f
-
 /* Points per box at which the boxes there are counted; fewer where more than NEAR_MAX are near. */
 #define OVERLAP_POINTS 16
 #define CROWDED_POINTS 8
@@ -51,7 +48,7 @@ static bool find_box(const struct cranny_scene *scene, const struct cranny_mesh 
         longest = fmaxf(longest, box->half[k]);
     }
     for (int k = 0; k < 3; k++)
-        box->half[k] = fmaxf(box->half[k], THICKNESS_MIN * longest);
+        box->half[k] = fmaxf(box->half[k], FOG_THICKNESS_MIN * longest);
     return longest > 0 && isfinite(longest);
 }
 

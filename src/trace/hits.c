@@ -1,6 +1,6 @@
 /* From Embree's hits back to the scene, and cranny_trace. */
 #include "trace/gather.h"
-#include "trace/tracer.h"
+#include "trace/pack.h"
 
 struct tracer_place tracer_place(const struct cranny_tracer *tracer, uint32_t geometry,
                                  uint32_t top, uint32_t primitive)
@@ -55,17 +55,7 @@ static struct cranny_hit describe(const struct cranny_tracer *tracer, const stru
 void trace_ray(const struct cranny_tracer *tracer, const float origin[3], const float direction[3],
                float reach, uint32_t id, float *distance, struct cranny_hit *hit)
 {
-    struct RTCRayHit r = {
-        .ray = {.org_x = origin[0],
-                .org_y = origin[1],
-                .org_z = origin[2],
-                .dir_x = direction[0],
-                .dir_y = direction[1],
-                .dir_z = direction[2],
-                .tfar = reach,
-                .mask = UINT32_MAX,
-                .id = id},
-        .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+    struct RTCRayHit r = pack_ray(origin, direction, reach, id);
     embree_closest1(tracer->world, &r);
     const float ground = ground_distance(tracer, origin[1], direction[1]);
     const bool surface = r.hit.geomID != RTC_INVALID_GEOMETRY_ID && !(ground < r.ray.tfar);

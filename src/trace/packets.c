@@ -1,5 +1,5 @@
 /* Blocks of rays through Embree's calls of 1, 8 and 16 rays. */
-#include "trace/tracer.h"
+#include "trace/pack.h"
 
 struct lane_hit {
     uint32_t geometry, top, primitive;
@@ -25,17 +25,8 @@ static void finish_lane(const struct cranny_tracer *tracer, const float origin[3
 static void trace_single(const struct cranny_tracer *tracer, const float origin[3],
                          struct ray_block *block, int ray)
 {
-    struct RTCRayHit r = {
-        .ray = {.org_x = origin[0],
-                .org_y = origin[1],
-                .org_z = origin[2],
-                .dir_x = block->x[ray],
-                .dir_y = block->y[ray],
-                .dir_z = block->z[ray],
-                .tfar = block->reach,
-                .mask = UINT32_MAX,
-                .id = block->ids + (uint32_t)ray},
-        .hit = {.geomID = RTC_INVALID_GEOMETRY_ID, .instID = {RTC_INVALID_GEOMETRY_ID}}};
+    const float direction[3] = {block->x[ray], block->y[ray], block->z[ray]};
+    struct RTCRayHit r = pack_ray(origin, direction, block->reach, block->ids + (uint32_t)ray);
     embree_closest1(tracer->world, &r);
     const struct lane_hit hit = {
         r.hit.geomID, r.hit.instID[0], r.hit.primID, {r.hit.Ng_x, r.hit.Ng_y, r.hit.Ng_z}};
@@ -49,23 +40,7 @@ static void trace_single(const struct cranny_tracer *tracer, const float origin[
     {                                                                                              \
         struct RTCRayHit##WIDTH r;                                                                 \
         _Alignas(64) int valid[WIDTH];                                                             \
-        for (int i = 0; i < WIDTH; i++) {                                                          \
-            valid[i] = i < count ? -1 : 0;                                                         \
-            r.ray.org_x[i] = origin[0];                                                            \
-            r.ray.org_y[i] = origin[1];                                                            \
-            r.ray.org_z[i] = origin[2];                                                            \
-            r.ray.dir_x[i] = block->x[first + i];                                                  \
-            r.ray.dir_y[i] = block->y[first + i];                                                  \
-            r.ray.dir_z[i] = block->z[first + i];                                                  \
-            r.ray.tnear[i] = 0;                                                                    \
-            r.ray.tfar[i] = block->reach;                                                          \
-            r.ray.time[i] = 0;                                                                     \
-            r.ray.mask[i] = UINT32_MAX;                                                            \
-            r.ray.id[i] = block->ids + (uint32_t)(first + i);                                      \
-            r.ray.flags[i] = 0;                                                                    \
-            r.hit.geomID[i] = RTC_INVALID_GEOMETRY_ID;                                             \
-            r.hit.instID[0][i] = RTC_INVALID_GEOMETRY_ID;                                          \
-        }                                                                                          \
+        pack_rays##WIDTH(origin, block, first, count, NULL, valid, &r);                            \
         embree_closest##WIDTH(tracer->world, valid, &r);                                           \
         for (int i = 0; i < count; i++) {                                                          \
             const struct lane_hit hit = {r.hit.geomID[i],                                          \

@@ -4,9 +4,6 @@
 
 #include "scene/scene.h"
 
-/* Below this many triangles an Embree instance costs more than copies do. */
-#define SHARED_TRIANGLES_MIN 64
-
 static void on_error(void *user, enum RTCError error, const char *text)
 {
     struct build *build = user;

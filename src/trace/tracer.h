@@ -108,6 +108,14 @@ static inline bool tracer_dims(const struct cranny_tracer *tracer)
     return tracer->trees || tracer->fog;
 }
 
+/* Below this many triangles an Embree instance costs more than copies do. Rays meet a shared mesh
+ * in its own space, which rounds differently. */
+#define SHARED_TRIANGLES_MIN 64
+
+/* A box of fog is at least as thick as this share of its longest side, so that a flat card is one.
+ */
+#define FOG_THICKNESS_MIN 0.0625f
+
 #define RAY_BLOCK 64
 
 /* Rays from one origin, and what they met. */
