@@ -1,6 +1,6 @@
 /* What a level is made of besides solids: instanced meshes with coefficients, shrubs and grass with
  * one number, lower levels of detail, and the grid around instances. */
-#include "check.h"
+#include "bake_scenes.h"
 
 #include "bake/volume.h"
 #include "scene/document.h"
@@ -66,22 +66,6 @@ static const struct cranny_mesh wall_mesh = {.name = "wall",
                                              .positions = wall_positions,
                                              .triangles = wall_triangles};
 
-static struct cranny_scene *new_scene(void)
-{
-    struct cranny_error why = {0};
-    struct cranny_scene *scene = NULL;
-    CHECK_OK(cranny_scene_create(&scene, &why), why);
-    return scene;
-}
-
-static uint32_t add_mesh(struct cranny_scene *scene, const struct cranny_mesh *mesh)
-{
-    struct cranny_error why = {0};
-    uint32_t index = 0;
-    CHECK_OK(cranny_scene_add_mesh(scene, mesh, &index, &why), why);
-    return index;
-}
-
 struct placing {
     uint32_t mesh;
     double x, y, z, scale, angle; /* about y */
@@ -114,15 +98,6 @@ static struct cranny_bake_params small_params(void)
     params.samples_total = 20000;
     params.volume_rays = 256;
     return params;
-}
-
-static struct cranny_bake *bake_scene(const struct cranny_scene *scene,
-                                      const struct cranny_bake_params *params)
-{
-    struct cranny_error why = {0};
-    struct cranny_bake *bake = NULL;
-    CHECK_OK(cranny_bake_create(scene, params, &bake, &why), why);
-    return bake;
 }
 
 static float final_value(const struct cranny_scene *scene, const struct cranny_bake *bake,
@@ -158,7 +133,7 @@ static double distance(const struct cranny_scene *scene, const struct cranny_bak
 #define DOMES 20
 static struct cranny_scene *dome_scene(struct field *field, uint32_t *first)
 {
-    struct cranny_scene *scene = new_scene();
+    struct cranny_scene *scene = empty_scene();
     make_field(field, 8, 1, dome);
     const uint32_t wall = add_mesh(scene, &wall_mesh), mesh = add_mesh(scene, &field->mesh);
     *first = DOMES;
@@ -228,7 +203,7 @@ static void test_linear(void)
 static void test_isolated(void)
 {
     static struct field field;
-    struct cranny_scene *scene = new_scene();
+    struct cranny_scene *scene = empty_scene();
     make_field(&field, 8, 1, dome);
     const uint32_t mesh = add_mesh(scene, &field.mesh);
     for (int i = 0; i < 2; i++)
@@ -256,7 +231,7 @@ static void test_isolated(void)
 static void test_scalar(void)
 {
     static struct field ground, tuft;
-    struct cranny_scene *scene = new_scene();
+    struct cranny_scene *scene = empty_scene();
     make_field(&ground, 64, 16, flat);
     make_field(&tuft, 1, 0.2f, flat);
     const uint32_t wall = add_mesh(scene, &wall_mesh), floor = add_mesh(scene, &ground.mesh),
@@ -315,7 +290,7 @@ static void test_lod(void)
     static const uint32_t sides[3] = {64, 16, 8};
     make_field(&fine, 64, 4, waves);
     for (int i = 0; i < 3; i++) {
-        struct cranny_scene *scene = new_scene();
+        struct cranny_scene *scene = empty_scene();
         make_field(&coarse, sides[i], 4, waves);
         const uint32_t wall = add_mesh(scene, &wall_mesh), ground = add_mesh(scene, &fine.mesh),
                        lower = add_mesh(scene, &coarse.mesh);
@@ -528,7 +503,7 @@ static void test_units(void)
     float constants[2][2];
     for (int unit = 0; unit < 2; unit++) {
         const float size = unit ? 65536 : 1;
-        struct cranny_scene *scene = new_scene();
+        struct cranny_scene *scene = empty_scene();
         make_field(&field, 8, 1, dome);
         for (uint32_t v = 0; v < field.mesh.vertex_count; v++)
             for (int k = 0; k < 3; k++)
@@ -569,7 +544,7 @@ static void test_flat(void)
                                             .triangles = line};
     struct cranny_error why = {0};
     struct cranny_bake *bake = NULL;
-    struct cranny_scene *scene = new_scene();
+    struct cranny_scene *scene = empty_scene();
     const uint32_t mesh = add_mesh(scene, &thin), wall = add_mesh(scene, &wall_mesh);
     for (int i = 0; i < 20; i++)
         add(scene, (struct placing){.mesh = mesh, .x = 3 * i});

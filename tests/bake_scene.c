@@ -1,5 +1,5 @@
 /* Whole bakes of small made-up scenes: buried geometry, instances, threads, odd input. */
-#include "check.h"
+#include "bake_scenes.h"
 
 #include <cranny/cranny.h>
 
@@ -52,31 +52,6 @@ static void add_instance(struct cranny_scene *scene, uint32_t mesh, double x, do
         .mesh = mesh,
         .world_from_object = {scale, 0, 0, x, 0, scale, 0, y, 0, 0, scale, z}};
     CHECK_OK(cranny_scene_add_instance(scene, &instance, NULL, &why), why);
-}
-
-static struct cranny_scene *empty_scene(void)
-{
-    struct cranny_error why = {0};
-    struct cranny_scene *scene = NULL;
-    CHECK_OK(cranny_scene_create(&scene, &why), why);
-    return scene;
-}
-
-static uint32_t add_mesh(struct cranny_scene *scene, const struct cranny_mesh *mesh)
-{
-    struct cranny_error why = {0};
-    uint32_t index = 0;
-    CHECK_OK(cranny_scene_add_mesh(scene, mesh, &index, &why), why);
-    return index;
-}
-
-static struct cranny_bake *bake_scene(const struct cranny_scene *scene,
-                                      const struct cranny_bake_params *params)
-{
-    struct cranny_error why = {0};
-    struct cranny_bake *bake = NULL;
-    CHECK_OK(cranny_bake_create(scene, params, &bake, &why), why);
-    return bake;
 }
 
 /* An open sheet that passes through a box: its middle lies inside. */

@@ -137,6 +137,31 @@ static inline void check_failure(struct result result, int expected, const char 
     done(&result);
 }
 
+static inline double now_s(void)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
+}
+
+/* Started with `args` and interrupted after a while, it stops soon and says `words`. */
+static inline void check_interrupt(char **args, long after_ms, const char *words)
+{
+    pid_t child = start(RLIM_INFINITY, -1, args);
+    nanosleep(&(struct timespec){0, after_ms * 1000000}, NULL);
+    const double sent_s = now_s();
+    CHECK(waitpid(child, NULL, WNOHANG) == 0);
+    kill(child, SIGINT);
+    CHECK_INT(wait_exit(child), 130);
+    CHECK_MSG(now_s() - sent_s < 5, "%.1f s to stop", now_s() - sent_s);
+    size_t size;
+    char *err = read_file(".err", &size);
+    CHECK_TEXT(err, words);
+    free(err);
+    unlink(".out");
+    unlink(".err");
+}
+
 /* Names in the current folder but the captured output's, each between slashes. */
 static inline void list_folder(char *names, size_t size)
 {
@@ -177,13 +202,6 @@ static inline bool same_files(const char *a, const char *b)
     free(a_data);
     free(b_data);
     return same;
-}
-
-static inline double now_s(void)
-{
-    struct timespec now;
-    clock_gettime(CLOCK_MONOTONIC, &now);
-    return (double)now.tv_sec + 1e-9 * (double)now.tv_nsec;
 }
 
 #endif

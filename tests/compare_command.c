@@ -440,19 +440,7 @@ static void interrupt(const char *option, const char *value, const char *words)
                     (char *)"0",         (char *)"--repeat",
                     (char *)"1000",      (char *)option,
                     (char *)value,       NULL};
-    pid_t child = start(RLIM_INFINITY, -1, args);
-    nanosleep(&(struct timespec){0, 900000000}, NULL);
-    const double sent_s = now_s();
-    CHECK(waitpid(child, NULL, WNOHANG) == 0);
-    kill(child, SIGINT);
-    CHECK_INT(wait_exit(child), 130);
-    CHECK_MSG(now_s() - sent_s < 5, "%.1f s to stop", now_s() - sent_s);
-    size_t size;
-    char *err = read_file(".err", &size);
-    CHECK_TEXT(err, words);
-    free(err);
-    unlink(".out");
-    unlink(".err");
+    check_interrupt(args, 900, words);
 }
 
 static void test_interrupt(void)

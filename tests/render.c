@@ -378,19 +378,7 @@ static void test_interrupt(const char *method, const char *option, const char *v
     char *args[] = {(char *)"cranny",  (char *)"render",    (char *)"view.gltf", (char *)"--size",
                     (char *)"320x240", (char *)"--gbuffer", (char *)"frame",     (char *)"--method",
                     (char *)method,    (char *)option,      (char *)value,       NULL};
-    pid_t child = start(RLIM_INFINITY, -1, args);
-    nanosleep(&(struct timespec){0, 700000000}, NULL);
-    double sent_s = now_s();
-    CHECK(waitpid(child, NULL, WNOHANG) == 0);
-    kill(child, SIGINT);
-    CHECK_INT(wait_exit(child), 130);
-    CHECK_MSG(now_s() - sent_s < 5, "%.1f s to stop", now_s() - sent_s);
-    size_t size;
-    char *err = read_file(".err", &size);
-    CHECK_TEXT(err, "cranny: interrupted; nothing was written");
-    free(err);
-    unlink(".out");
-    unlink(".err");
+    check_interrupt(args, 700, "cranny: interrupted; nothing was written");
     check_old_output(before);
     unlink("view-ao.png");
 }

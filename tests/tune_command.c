@@ -254,19 +254,7 @@ static void test_interrupt(void)
                     (char *)"640x480", (char *)"--rays",   (char *)"1",         (char *)"-o",
                     (char *)"a.json",  (char *)"--method", (char *)"raymarch",  NULL};
     write_file("a.json", "old", 3);
-    pid_t child = start(RLIM_INFINITY, -1, args);
-    nanosleep(&(struct timespec){0, 900000000}, NULL);
-    const double sent_s = now_s();
-    CHECK(waitpid(child, NULL, WNOHANG) == 0);
-    kill(child, SIGINT);
-    CHECK_INT(wait_exit(child), 130);
-    CHECK_MSG(now_s() - sent_s < 5, "%.1f s to stop", now_s() - sent_s);
-    size_t size;
-    char *err = read_file(".err", &size);
-    CHECK_TEXT(err, "cranny: interrupted; nothing was written");
-    free(err);
-    unlink(".out");
-    unlink(".err");
+    check_interrupt(args, 900, "cranny: interrupted; nothing was written");
     check_kept("old");
     struct result result = run_full("tune", "view.gltf", "--size", "64x48", "--rays", "4",
                                     "--method", "hbao", "--cache", "other", "-o", "a.json", NULL);
