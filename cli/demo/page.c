@@ -146,6 +146,9 @@ static void tables(FILE *out, const struct page *page)
     number_row(out, "place samples", "%.2f s", r->seconds_sample);
     number_row(out, "trace", "%.2f s", r->seconds_trace);
     number_row(out, "fit to vertices", "%.2f s", r->seconds_solve);
+    number_row(out, "instances, shrubs and grass", "%.2f s",
+               r->seconds_local + r->seconds_volume + r->seconds_linear + r->seconds_scalar);
+    number_row(out, "coarser levels of detail", "%.2f s", r->seconds_resample + r->seconds_lod);
     number_row(out, "write the file", "%.2f s", page->seconds_write);
     number_row(out, "in all, without the pictures", "%.2f s", page->seconds_total);
     fputs("</table>\n", out);
